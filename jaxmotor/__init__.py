@@ -1,0 +1,52 @@
+"""Differentiable system identification of DC motors from voltage and encoder counts.
+
+import jaxmotor as jm
+recording = jm.read("m1.csv")
+fit = jm.identify(recording)
+fit.motor.gain, fit.motor.pole
+"""
+
+import importlib
+import importlib.metadata
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from jaxmotor._errors import JaxmotorError as JaxmotorError
+    from jaxmotor.estimate import Fit as Fit
+    from jaxmotor.estimate import FrequencyResponse as FrequencyResponse
+    from jaxmotor.estimate import Model as Model
+    from jaxmotor.estimate import fit_response as fit_response
+    from jaxmotor.estimate import identify as identify
+    from jaxmotor.estimate import read_model as read_model
+    from jaxmotor.motor import FirstOrder as FirstOrder
+    from jaxmotor.motor import SecondOrder as SecondOrder
+    from jaxmotor.recording import Recording as Recording
+    from jaxmotor.recording import Segment as Segment
+    from jaxmotor.recording import check as check
+    from jaxmotor.recording import import_log as import_log
+    from jaxmotor.recording import import_sysid as import_sysid
+    from jaxmotor.recording import read as read
+    from jaxmotor.recording import write as write
+    from jaxmotor.validate import Validation as Validation
+    from jaxmotor.validate import validate as validate
+
+# Reading a recording should not wait for JAX: names are fetched from their folder when they are asked for.
+_HOME = {
+    "JaxmotorError": "_errors",
+    **dict.fromkeys(("Recording", "Segment", "check", "import_log", "import_sysid", "read", "write"), "recording"),
+    **dict.fromkeys(("FirstOrder", "SecondOrder"), "motor"),
+    **dict.fromkeys(("Fit", "FrequencyResponse", "Model", "fit_response", "identify", "read_model"), "estimate"),
+    **dict.fromkeys(("Validation", "validate"), "validate"),
+}
+
+__version__ = importlib.metadata.version("jaxmotor")
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'jaxmotor' has no attribute {name!r}")
+    return getattr(importlib.import_module(f"jaxmotor.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOME])

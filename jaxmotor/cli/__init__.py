@@ -1,0 +1,3 @@
+"""The command line. Nothing imports it; it alone prints."""
+
+from jaxmotor.cli._main import main as main

@@ -1,0 +1,5 @@
+import sys
+
+from jaxmotor.cli import main
+
+sys.exit(main())

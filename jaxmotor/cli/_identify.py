@@ -1,0 +1,102 @@
+"""`jaxmotor identify`: gain and pole of each recording."""
+
+import enum
+import json as json_module
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from jaxmotor._errors import JaxmotorError
+
+
+class Method(enum.StrEnum):
+    """How gain and pole are found."""
+
+    exact = "exact"
+    paper = "paper"
+
+
+class Order(enum.StrEnum):
+    """Of the linear motor."""
+
+    first = "first"
+    second = "second"
+
+
+def identify_command(
+    recordings: Annotated[list[Path], typer.Argument(metavar="REC.csv...", help="Recordings to identify.")],
+    method: Annotated[Method, typer.Option(help="exact, or as the paper published it.")] = Method.exact,
+    model: Annotated[Order, typer.Option(help="second adds the electrical time constant.")] = Order.first,
+    hold_out: Annotated[
+        str | None,
+        typer.Option(metavar="WHICH", help="Segments to leave for validation: numbers, ranges or kinds (3,7-9,step)."),
+    ] = None,
+    resistance: Annotated[float | None, typer.Option(metavar="OHM", help="Measured, for the check of eq. 10.")] = None,
+    inductance: Annotated[
+        float | None, typer.Option(metavar="HENRY", help="Measured, for the check of eq. 10.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="One JSON object per recording, one per line.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Write the model and figures here.")
+    ] = None,
+) -> None:
+    """Identify the linear motor behind each recording: gain, pole, and how sure."""
+    if (resistance is None) != (inductance is None):
+        raise typer.BadParameter("--resistance and --inductance belong together")
+    if output is not None:
+        _make_folder(output)
+    failed = False
+    for path in recordings:
+        try:
+            _one(path, method, model, hold_out, resistance, inductance, json, output)
+        except JaxmotorError as error:
+            if len(recordings) == 1:
+                raise
+            typer.echo(f"jaxmotor: {error}", err=True)
+            failed = True
+    if failed:
+        raise typer.Exit(1)
+
+
+def _one(
+    path: Path,
+    method: Method,
+    model: Order,
+    hold_out: str | None,
+    resistance: float | None,
+    inductance: float | None,
+    json: bool,
+    output: Path | None,
+) -> None:
+    from jaxmotor.cli._runtime import use_compilation_cache
+    from jaxmotor.cli._segments import chosen_segments
+    from jaxmotor.recording import read
+
+    recording = read(path)
+    held_out = chosen_segments(recording, hold_out)
+    use_compilation_cache()
+    from jaxmotor.estimate import electrical_check, identify, to_json
+
+    fit = identify(recording, method=method.value, model=model.value, hold_out=held_out)
+    extra = []
+    if resistance is not None and inductance is not None:
+        extra.append(electrical_check(recording, resistance, inductance))
+    written = []
+    if output is not None:
+        from jaxmotor.present import write_fit
+
+        written = write_fit(fit, recording, output)
+    if json:
+        typer.echo(json_module.dumps(to_json(fit) | {"notes": [*fit.notes, *extra]}))
+        return
+    from jaxmotor.cli._text import fit_text
+
+    typer.echo(fit_text(fit, extra, written))
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise JaxmotorError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from error

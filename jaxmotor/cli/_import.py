@@ -1,0 +1,100 @@
+"""`jaxmotor import`: a log from elsewhere becomes a recording."""
+
+import enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from jaxmotor._errors import JaxmotorError
+
+
+class Source(enum.StrEnum):
+    """Programs whose logs are known."""
+
+    csv = "csv"
+    sysid = "sysid"
+
+
+class Drive(enum.StrEnum):
+    """What the bridge does between pulses."""
+
+    brake = "brake"
+    coast = "coast"
+
+
+def import_command(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="CSV (or SysId JSON) to import.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Recording to write.")],
+    time: Annotated[str | None, typer.Option(metavar="COL[:s|ms|us]", help="Time stamps.")] = None,
+    input: Annotated[str | None, typer.Option(metavar="COL:V|mV|duty:FULL|percent", help="What was applied.")] = None,
+    speed: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad/s, deg/s, rev/s, rpm, m/s, ...")] = None,
+    angle: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad, deg, rev, counts, m, ...")] = None,
+    count: Annotated[str | None, typer.Option(metavar="COL", help="Running encoder counter.")] = None,
+    segment: Annotated[str | None, typer.Option(metavar="COL", help="Each change begins a segment.")] = None,
+    supply: Annotated[float | None, typer.Option(metavar="V", help="Supply, for duty and percent.")] = None,
+    counts_per_rev: Annotated[float | None, typer.Option(metavar="N", help="Per turn of the output shaft.")] = None,
+    speed_window: Annotated[float | None, typer.Option(metavar="S", help="Each speed is the mean over it.")] = None,
+    wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For lengths.")] = None,
+    drive: Annotated[Drive | None, typer.Option(help="The bridge between pulses.")] = None,
+    source: Annotated[Source, typer.Option("--from", help="The program that wrote the log.")] = Source.csv,
+    units: Annotated[str | None, typer.Option(help="sysid CSV: rotations, radians, degrees, meters, ...")] = None,
+    motor: Annotated[str | None, typer.Option(help="sysid: which of several motors.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing output.")] = False,
+) -> None:
+    """Turn a log of another program into a recording; units are stated, nothing is guessed."""
+    columns = {
+        "time": time,
+        "input": input,
+        "speed": speed,
+        "angle": angle,
+        "count": count,
+        "segment": segment,
+        "supply_V": supply,
+        "counts_per_rev": counts_per_rev,
+        "speed_window_s": speed_window,
+        "drive": None if drive is None else drive.value,
+    }
+    given = {key: value for key, value in columns.items() if value is not None}
+    _check_usage(source, set(given), units, motor)
+    if output.exists() and not force:
+        raise JaxmotorError(f"{output}: exists already; choose another name, or replace it with --force")
+
+    from jaxmotor.recording import import_log, import_sysid, write
+
+    if source is Source.sysid:
+        recording = import_sysid(log, units=units, motor=motor, wheel_radius_m=wheel_radius)
+    else:
+        recording = import_log(log, wheel_radius_m=wheel_radius, **given)
+    write(recording, output)
+    typer.echo(_summary(recording, output))
+
+
+def _check_usage(source: Source, given: set[str], units: str | None, motor: str | None) -> None:
+    if source is Source.sysid:
+        if given:
+            flags = ", ".join(
+                sorted(f"--{key.removesuffix('_V').removesuffix('_s').replace('_', '-')}" for key in given)
+            )
+            raise typer.BadParameter(f"a SysId log states its columns itself; leave {flags} out")
+        return
+    if units is not None or motor is not None:
+        raise typer.BadParameter("--units and --motor belong to --from sysid")
+    if not {"time", "input"} <= given:
+        raise typer.BadParameter("state the columns with --time COL[:s|ms|us] and --input COL:UNIT")
+    if len(given & {"speed", "angle", "count"}) != 1:
+        raise typer.BadParameter("state the shaft with exactly one of --speed COL:UNIT, --angle COL:UNIT, --count COL")
+
+
+def _summary(recording, output: Path) -> str:
+    from jaxmotor.recording import lost_ticks
+
+    segments = recording.segments
+    rows = sum(map(len, segments))
+    number = f"{len(segments)} segment{'s' if len(segments) > 1 else ''}"
+    if recording.period_s is None:
+        return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept"
+    lost = sum(map(lost_ticks, segments))
+    return (
+        f"{output}: {rows} rows in {number}, {recording.measured}, one per {recording.period_s:g} s, {lost} ticks lost"
+    )

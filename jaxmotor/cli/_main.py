@@ -1,0 +1,77 @@
+"""Commands by name, and the edge where an error becomes one sentence and an exit code."""
+
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+
+import typer
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._demo import demo_command
+from jaxmotor.cli._encoder import encoder_command
+from jaxmotor.cli._identify import identify_command
+from jaxmotor.cli._import import import_command
+from jaxmotor.cli._validate import validate_command
+
+DONE, BAD_INPUT, BAD_USAGE, DEFECT, INTERRUPTED = 0, 1, 2, 3, 130
+
+
+def build() -> typer.Typer:
+    """The application with all its commands."""
+    app = typer.Typer(
+        name="jaxmotor",
+        help="Identify DC motors from voltage and encoder counts.",
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+    )
+    app.callback()(_options)
+    app.command("demo")(demo_command)
+    app.command("import")(import_command)
+    app.command("identify")(identify_command)
+    app.command("validate")(validate_command)
+    app.command("encoder")(encoder_command)
+    return app
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; returns 0 done, 1 bad input (one sentence), 2 wrong usage, 3 a defect of ours, 130 interrupted."""
+    try:
+        build()(args=arguments, prog_name="jaxmotor")
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else BAD_USAGE if end.code else DONE
+    except JaxmotorError as error:
+        print(f"jaxmotor: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("jaxmotor: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        # Whoever read our output has left; say nothing more, not even at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BAD_INPUT
+    except MemoryError:
+        print("jaxmotor: out of memory; split the recording, or close other programs", file=sys.stderr)
+        return BAD_INPUT
+    except Exception as error:
+        if os.environ.get("JAXMOTOR_DEBUG"):
+            traceback.print_exc()
+        print(
+            f"jaxmotor: a defect of jaxmotor, not of your input: {type(error).__name__}: {error}\n"
+            "Please report it with the output of the same command under JAXMOTOR_DEBUG=1.",
+            file=sys.stderr,
+        )
+        return DEFECT
+    return DONE
+
+
+def _options(
+    version: bool = typer.Option(False, "--version", help="Print the version and exit.", is_eager=True),
+) -> None:
+    if version:
+        import jaxmotor
+
+        typer.echo(f"jaxmotor {jaxmotor.__version__}")
+        raise typer.Exit

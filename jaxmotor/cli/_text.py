@@ -1,0 +1,53 @@
+"""Results as text for people."""
+
+import math
+from pathlib import Path
+
+from jaxmotor.estimate import Fit, to_json
+
+RPM = 60 / (2 * math.pi)
+"""rpm in one rad/s."""
+
+
+def with_error(value: float, error: float, unit: str) -> str:
+    """`value ± 95 % half-width unit`, with as many digits as the error allows."""
+    half = 1.96 * error
+    if not math.isfinite(half) or half <= 0:
+        return f"{value:.6g} {unit}"
+    digits = max(0, 1 - math.floor(math.log10(half)))
+    if digits > 12:
+        return f"{value:.6g} ± {half:.1e} {unit}"
+    return f"{value:.{digits}f} ± {half:.{digits}f} {unit}"
+
+
+def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
+    """What `jaxmotor identify` prints of one recording."""
+    content = to_json(fit)
+    values, errors = content["model"], content["standard_error"]
+    lines = [Path(fit.source).name]
+    gain, pole = values["gain_rad_s_V"], values["pole_rad_s"]
+    lines.append(f"  gain    {with_error(gain, errors['gain_rad_s_V'], 'rad/s/V')}  ({gain * RPM:.4g} rpm/V)")
+    lines.append(f"  pole    {with_error(pole, errors['pole_rad_s'], 'rad/s')}  (time constant {1e3 / pole:.4g} ms)")
+    if "electrical_time_constant_s" in values:
+        tau, error = values["electrical_time_constant_s"], errors["electrical_time_constant_s"]
+        lines.append(f"  L/R     {with_error(1e3 * tau, 1e3 * error, 'ms')}")
+    if fit.method == "exact":
+        lines.append(f"  offset  {with_error(1e3 * fit.offset_V, 1e3 * fit.offset_standard_error_V, 'mV')}")
+    floor = "1 = the encoder's rounding" if fit.floor_known else "1 = the noise, estimated from the data"
+    lines.append(f"  fit     {fit.fit_percent:.1f} % of the speed; chi2 {fit.chi2_per_sample:.3g} per sample ({floor})")
+    held_out = f", held out {ranges(fit.held_out)}" if fit.held_out else ""
+    lines.append(f"  scored on the fitted segments {ranges(fit.fitted)}{held_out}; ± is 95 %")
+    lines += [f"  note: {note}" for note in (*fit.notes, *extra)]
+    lines += [f"  wrote {path}" for path in written]
+    return "\n".join(lines)
+
+
+def ranges(indices: tuple[int, ...]) -> str:
+    """`0-3, 7`."""
+    runs: list[list[int]] = []
+    for index in indices:
+        if runs and index == runs[-1][1] + 1:
+            runs[-1][1] = index
+        else:
+            runs.append([index, index])
+    return ", ".join(f"{first}-{last}" if last > first else f"{first}" for first, last in runs)

@@ -1,0 +1,13 @@
+"""From recordings to motors: sine fit, response fit, trajectory fit, and how sure each is."""
+
+from jaxmotor.estimate._electrical import electrical_check as electrical_check
+from jaxmotor.estimate._fingerprint import fingerprint as fingerprint
+from jaxmotor.estimate._fit import Fit as Fit
+from jaxmotor.estimate._fit import Trace as Trace
+from jaxmotor.estimate._frequency_response import FrequencyResponse as FrequencyResponse
+from jaxmotor.estimate._identify import fit_percent as fit_percent
+from jaxmotor.estimate._identify import identify as identify
+from jaxmotor.estimate._model_file import Model as Model
+from jaxmotor.estimate._model_file import read_model as read_model
+from jaxmotor.estimate._model_file import to_json as to_json
+from jaxmotor.estimate._response_fit import fit_response as fit_response

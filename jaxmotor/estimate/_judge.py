@@ -1,0 +1,127 @@
+"""Which standard errors to state, and whether the recording determines the motor at all."""
+
+from typing import NamedTuple
+
+import jax
+import numpy as np
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor.estimate._lanes import Packed
+from jaxmotor.estimate._trajectory import Solution, motor_of
+from jaxmotor.estimate._uncertainty import Uncertainty
+from jaxmotor.motor import AbstractLinearMotor
+from jaxmotor.recording import Recording
+
+QUIET_LOG10_Q = -4.0
+"""Below this process term [decades of the floor] the encoder alone explains the residuals."""
+QUIET_CHI2 = 1.1
+EVIDENCE = 40.0
+"""Drop of the sum of squares by which friction and delay are taken to be there; chance gives up to 10, a rounding
+error that repeats itself or a torque that wanders up to 30."""
+FEW_CLUSTERS = 6
+"""With fewer blocks of rows than this their disagreement says too little on its own."""
+UNDETERMINED = 0.3
+"""Relative standard error from which a parameter is said not to be determined."""
+
+
+class Judgement(NamedTuple):
+    """What is stated of an estimate."""
+
+    standard_error: AbstractLinearMotor
+    covariance: np.ndarray
+    offset_V: float
+    offset_standard_error_V: float
+    notes: tuple[str, ...]
+
+
+def judge(recording: Recording, packed: Packed, solution: Solution, errors: Uncertainty) -> Judgement:
+    """The standard errors that fit the residuals' nature, and notes on what they rest on.
+
+    Where the encoder alone explains the residuals: rounding drawn anew. Else: from how segments disagree, widened
+    by Student's t, so that 1.96 standard errors hold the truth 95 times of 100. What friction or a delay would move
+    is added where the recording shows them.
+
+    **Raises:** `JaxmotorError` where gain or pole are not determined.
+    """
+    psi, model, clustered = np.asarray(solution.psi), np.asarray(errors.model), np.asarray(errors.clustered)
+    allowance = np.asarray(errors.allowance)
+    quiet = packed.observation.floor_known and errors.log10_q < QUIET_LOG10_Q and errors.chi2 < QUIET_CHI2
+    notes = []
+    if quiet:
+        covariance = np.asarray(errors.requantised)
+    else:
+        widen = np.array([student_t(float(freedom)) / 1.96 for freedom in errors.degrees_of_freedom])
+        covariance = clustered * np.outer(widen, widen)
+        if errors.clusters < FEW_CLUSTERS:
+            covariance = _larger(covariance, model)
+    if errors.evidence > EVIDENCE:
+        covariance = covariance + np.outer(allowance, allowance)
+        notes.append(
+            "the motor does more than a linear one (friction or a delay are in the data): the standard errors "
+            "allow for what that may shift"
+        )
+    # K, b, log a, log tau -> K, a, tau [, and u0 = b/K].
+    scale = np.concatenate([[1.0], np.exp(psi[2:])])
+    kept = np.delete(np.delete(covariance, 1, 0), 1, 1) * np.outer(scale, scale)
+    offset = psi[1] / psi[0]
+    slope = np.zeros(len(psi))
+    slope[:2] = -offset / psi[0], 1 / psi[0]
+    _determined(recording, psi, model)
+    notes += _wide(psi, kept)
+    return Judgement(
+        standard_error=_like(motor_of(solution.psi), np.sqrt(np.diag(kept))),
+        covariance=kept,
+        offset_V=float(offset),
+        offset_standard_error_V=float(np.sqrt(slope @ covariance @ slope)),
+        notes=tuple(notes),
+    )
+
+
+def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The covariance `one`, its variances raised to those of `other`."""
+    raised = np.sqrt(np.maximum(np.diag(other) / np.maximum(np.diag(one), 1e-300), 1.0))
+    return np.where(np.diag(one).min() > 0, one * np.outer(raised, raised), other)
+
+
+def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray) -> None:
+    """Whether the recording would determine the motor if the model were right (`covariance` of ψ)."""
+    error = np.sqrt(np.diag(covariance))
+    gain = psi[0]
+    if not np.isfinite(error).all() or error[0] > UNDETERMINED * abs(gain):
+        raise JaxmotorError(
+            f"{recording.name}: the gain is not determined by this recording; it needs voltages that differ and a "
+            "motor that follows them: record steps or sines"
+        )
+    if error[2] > UNDETERMINED:
+        raise JaxmotorError(
+            f"{recording.name}: the pole is not determined by this recording (the gain is {gain:.4g} "
+            f"± {1.96 * error[0]:.2g} rad/s/V); it shows in how the speed follows a fast change: add steps, "
+            "or sines near the pole's frequency"
+        )
+
+
+def _wide(psi: np.ndarray, covariance: np.ndarray) -> list[str]:
+    """A note on each parameter that is known but badly."""
+    values = [("gain", abs(psi[0])), ("pole", float(np.exp(psi[2])))]
+    shares = [1.96 * np.sqrt(covariance[k, k]) / value for k, (_, value) in enumerate(values)]
+    return [
+        f"the {name} is only known to ± {100 * share:.0f} %: a linear motor does not explain this recording"
+        for (name, _), share in zip(values, shares, strict=True)
+        if share > 0.1
+    ]
+
+
+def student_t(freedom: float, probability: float = 0.975) -> float:
+    """Quantile of Student's t, by integrating cos^(ν-1) φ with t = √ν tan φ; good to 1e-4 for ν from 1 to 1e4."""
+    angle = np.linspace(0.0, np.pi / 2, 20001)[:-1]
+    density = np.cos(angle) ** (freedom - 1)
+    mass = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2)])
+    rest = density[-1] / 2
+    share = 0.5 + 0.5 * mass / (mass[-1] + rest)
+    return float(np.sqrt(freedom) * np.tan(np.interp(probability, share, angle)))
+
+
+def _like(motor: AbstractLinearMotor, values: np.ndarray) -> AbstractLinearMotor:
+    leaves, tree = jax.tree.flatten(motor)
+    assert len(leaves) == len(values)
+    return jax.tree.unflatten(tree, list(values))

@@ -1,0 +1,242 @@
+"""A recording as arrays of one shape: its segments packed end to end into a few lanes.
+
+Segments differ in length; a scan over a padded block would be mostly padding, and a new shape for each
+recording a new compilation. A *piece* is a run of rows without a lost tick; pieces are packed into at most
+`LANES` lanes, and lengths are rounded up to 2^k or 1.5 2^k.
+"""
+
+import dataclasses
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from jaxmotor.recording import Recording, Segment
+
+LANES = 8
+
+
+class Lanes(NamedTuple):
+    """Arrays (lane, row); a row that holds nothing has `valid` false and the number of pieces as `piece`."""
+
+    volts: np.ndarray
+    """Held from this row to the next [V]."""
+    reset: np.ndarray
+    """The first row of a piece."""
+    free: np.ndarray
+    """1.0 at the first row of a piece whose initial speed is not known, else 0."""
+    duration: np.ndarray
+    """Time to the next row [s]; one number where all are equal."""
+    observed: np.ndarray
+    """What was measured [units of `Observation.unit`]."""
+    valid: np.ndarray
+    """`observed` holds a measurement."""
+    piece: np.ndarray
+    """Index of the piece."""
+    cluster: np.ndarray
+    """Index of the block of rows whose errors are taken as one when errors are judged between blocks."""
+    back: np.ndarray
+    """Rows back to the row in which the speed's window begins (`window` observations only)."""
+    part: np.ndarray
+    """Time from that row to the beginning of the window [s]."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Observation:
+    """How `Lanes.observed` came from the motion, and how well."""
+
+    kind: Literal["turn", "speed", "window"]
+    """Angle turned until the next row; speed at the row; mean speed over `window_s` before the row."""
+    unit: float
+    """One unit of `Lanes.observed` in rad (turn) or rad/s: the encoder's count where that is known."""
+    floor: float
+    """Variance of one observation in units squared if the motor did exactly what the model says [1]."""
+    floor_known: bool
+    """The floor follows from the encoder; otherwise it was estimated from the data."""
+    window_s: float = 0.0
+    """Length of the window [s]."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Packed:
+    """A recording ready to be fitted, and the way back to its rows."""
+
+    lanes: Lanes
+    observation: Observation
+    pieces: int
+    """Number of pieces, rounded up to a power of two."""
+    clusters: int
+    """Number of clusters, rounded up to a power of two."""
+    segment_of: np.ndarray
+    """(lane, row) index of the segment in the recording, -1 where there is none."""
+    row_of: np.ndarray
+    """(lane, row) index of the row within its segment."""
+    time_s: np.ndarray
+    """(lane, row) since the segment's first row [s]."""
+
+    def __len__(self) -> int:
+        return int(self.lanes.valid.sum())
+
+
+class _Piece(NamedTuple):
+    segment: int
+    rows: slice
+    free: bool
+
+
+def pack(recording: Recording, segments: tuple[int, ...]) -> Packed:
+    """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted."""
+    observation = _observation(recording, segments)
+    pieces = [piece for index in segments for piece in _pieces(recording, index)]
+    lane_of, start_of, length = _place([_size(piece) for piece in pieces])
+    shape = (max(lane_of) + 1, bucket(length))
+    lanes = Lanes(
+        volts=np.zeros(shape),
+        reset=np.zeros(shape, bool),
+        free=np.zeros(shape),
+        duration=np.ones(shape),
+        observed=np.zeros(shape),
+        valid=np.zeros(shape, bool),
+        piece=np.full(shape, _power_of_two(len(pieces)), np.int32),
+        cluster=np.zeros(shape, np.int32),
+        back=np.zeros(shape, np.int32),
+        part=np.zeros(shape),
+    )
+    segment_of, row_of, time_s = np.full(shape, -1), np.zeros(shape, int), np.zeros(shape)
+    for number, (piece, lane, start) in enumerate(zip(pieces, lane_of, start_of, strict=True)):
+        cells = (lane, slice(start, start + _size(piece)))
+        _fill(lanes, cells, recording.segments[piece.segment], piece, observation)
+        lanes.piece[cells] = number
+        segment_of[cells] = piece.segment
+        row_of[cells] = np.arange(piece.rows.start, piece.rows.stop)
+        time_s[cells] = recording.segments[piece.segment].time_s[piece.rows]
+    clusters = _cluster(lanes, segment_of, row_of)
+    if recording.period_s is not None:
+        lanes = lanes._replace(duration=np.asarray(recording.period_s))
+    return Packed(lanes, observation, _power_of_two(len(pieces)), clusters, segment_of, row_of, time_s)
+
+
+def _fill(lanes: Lanes, cells: tuple[int, slice], segment: Segment, piece: _Piece, observation: Observation) -> None:
+    time, rows = segment.time_s[piece.rows], piece.rows
+    lanes.volts[cells] = segment.volts[rows]
+    lanes.reset[cells[0], cells[1].start] = True
+    lanes.free[cells[0], cells[1].start] = float(piece.free)
+    lanes.duration[cells] = np.diff(time, append=time[-1] + 1.0)
+    if observation.kind == "turn":
+        turned = _turned(segment, time, rows, observation.unit)
+        lanes.observed[cells] = np.append(turned, 0.0)
+        lanes.valid[cells] = np.append(np.ones(len(turned), bool), False)
+        return
+    assert segment.speed_rad_s is not None
+    lanes.observed[cells] = segment.speed_rad_s[rows] / observation.unit
+    begin = np.maximum(time - observation.window_s, time[0])
+    row = np.clip(np.searchsorted(time, begin + 1e-9 * observation.window_s, side="right") - 1, 0, None)
+    lanes.back[cells] = np.arange(len(time)) - row
+    lanes.part[cells] = np.maximum(begin - time[row], 0.0)
+    lanes.valid[cells] = time - time[0] >= observation.window_s * (1 - 1e-9)
+
+
+def _turned(segment: Segment, time: np.ndarray, rows: slice, unit: float) -> np.ndarray:
+    """Turned from each row to the next [`unit` rad; counts are their own unit]."""
+    if segment.count is not None:
+        return np.diff(segment.count[rows]).astype(float)
+    if segment.angle_rad is not None:
+        return np.diff(segment.angle_rad[rows]) / unit
+    assert segment.speed_rad_s is not None
+    return segment.speed_rad_s[rows][1:] * np.diff(time) / unit
+
+
+def _pieces(recording: Recording, index: int) -> list[_Piece]:
+    """Runs of rows without a lost tick: what was applied in one is not known, so neither is the speed after it.
+
+    Rest before the first voltage says nothing about the motor, only one rounding error many times over: one
+    row of it is kept.
+    """
+    segment = recording.segments[index]
+    first, free = 0, not segment.at_rest
+    if segment.at_rest:
+        moved = np.flatnonzero(segment.volts != 0.0)
+        first = max(int(moved[0]) - 1, 0) if moved.size else 0
+    breaks = [first]
+    if segment.tick is not None:
+        breaks += [int(row) for row in np.flatnonzero(np.diff(segment.tick) > 1) + 1 if row > first]
+    ends = [*breaks[1:], len(segment)]
+    pieces = [_Piece(index, slice(begin, end), free or begin > first) for begin, end in zip(breaks, ends, strict=True)]
+    return [piece for piece in pieces if _size(piece) >= 2]
+
+
+def _size(piece: _Piece) -> int:
+    return piece.rows.stop - piece.rows.start
+
+
+def _place(sizes: list[int]) -> tuple[list[int], list[int], int]:
+    """Lane and first row of each piece, and the rows of the fullest lane; the longest are placed first."""
+    count = max(1, min(LANES, sum(sizes) // max(sizes)))
+    load = [0] * count
+    lane_of, start_of = [0] * len(sizes), [0] * len(sizes)
+    for number in sorted(range(len(sizes)), key=lambda number: -sizes[number]):
+        lane = load.index(min(load))
+        lane_of[number], start_of[number] = lane, load[lane]
+        load[lane] += sizes[number]
+    return lane_of, start_of, max(load)
+
+
+def bucket(size: int) -> int:
+    power = _power_of_two(max(size, 64))
+    return power * 3 // 4 if size <= power * 3 // 4 else power
+
+
+def _power_of_two(size: int) -> int:
+    return 1 << max(size - 1, 0).bit_length()
+
+
+def _cluster(lanes: Lanes, segment_of: np.ndarray, row_of: np.ndarray) -> int:
+    """Blocks of rows: whole segments if there are ten, else segments cut into equal parts of 20 rows up."""
+    used = np.unique(segment_of[segment_of >= 0])
+    parts = int(np.ceil(10 / len(used))) if len(used) < 10 else 1
+    number = 0
+    for segment in used:
+        cells = segment_of == segment
+        rows = row_of[cells]
+        cut = max(1, min(parts, len(rows) // 20))
+        order = (rows - rows.min()) * cut // (rows.max() - rows.min() + 1)
+        lanes.cluster[cells] = number + order
+        number += cut
+    lanes.cluster[segment_of < 0] = _power_of_two(number)
+    return _power_of_two(number)
+
+
+def _observation(recording: Recording, segments: tuple[int, ...]) -> Observation:
+    if recording.measured == "count":
+        assert recording.counts_per_rev is not None
+        return Observation("turn", 2 * np.pi / recording.counts_per_rev, 1 / 6, True)
+    chosen = [recording.segments[index] for index in segments]
+    if recording.measured == "angle":
+        unit, _ = resolution([s.angle_rad for s in chosen if s.angle_rad is not None])
+        return Observation("turn", unit, 1 / 6, False)
+    unit, grid = resolution([s.speed_rad_s for s in chosen if s.speed_rad_s is not None])
+    window, period = recording.speed_window_s or 0.0, recording.period_s
+    if period is not None and abs(window - period) < 1e-6 * period:
+        # The mean over the previous tick is what a count difference is: neighbours share a rounding error.
+        return Observation("turn", unit * period * (1.0 if grid else np.sqrt(0.5)), 1 / 6, False, window)
+    return Observation("window" if window else "speed", unit, 1 / 12, False, window)
+
+
+def resolution(columns: list[np.ndarray]) -> tuple[float, bool]:
+    """Step of the grid that all values lie on, and True; or, without a grid, √12 times the noise, and False.
+
+    Both in the columns' unit: in either case unit²/12 is the variance of one value's error. The noise is read
+    from third differences, which a motor slower than the sampling hardly contributes to.
+    """
+    values = np.unique(np.concatenate(columns))
+    steps = np.diff(values)
+    span = values[-1] - values[0]
+    steps = steps[steps > 1e-9 * span]
+    if steps.size and span / steps.min() < 1e6:
+        step = float(steps.min())
+        step = span / np.round(span / step)
+        off = np.abs(steps / step - np.round(steps / step))
+        if off.max() < 0.02 and values.size < 0.5 * sum(map(len, columns)):
+            return float(step), True
+    third = np.concatenate([np.diff(column, 3) for column in columns if len(column) > 3] or [np.zeros(1)])
+    noise = float(np.sqrt(np.mean(third**2) / 20))
+    return max(noise, 1e-9 * float(span), 1e-300) * np.sqrt(12), False

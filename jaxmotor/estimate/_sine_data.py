@@ -1,0 +1,87 @@
+"""The sine segments of a recording as padded arrays, for the sine fits. Numpy only."""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from jaxmotor.estimate._lanes import bucket, resolution
+from jaxmotor.recording import Recording, Segment
+
+
+class SineData(NamedTuple):
+    """Arrays (frequency, row), as `Sines` holds them, and which segments they are."""
+
+    segments: tuple[int, ...]
+    frequency_Hz: np.ndarray
+    nominal_amplitude_V: np.ndarray
+    """As the header states it [V]; NaN where it does not."""
+    time: np.ndarray
+    volts: np.ndarray
+    measured: np.ndarray
+    valid: np.ndarray
+    unit: float
+    period_s: float
+    kind: Literal["position", "mean_speed", "speed"]
+    window_s: float
+    floor_known: bool
+
+
+def sine_segments(recording: Recording, segments: tuple[int, ...]) -> tuple[int, ...]:
+    """Those of `segments` that are sines of a stated frequency, where ticks are even."""
+    if recording.period_s is None:
+        return ()
+    return tuple(
+        index
+        for index in segments
+        if recording.segments[index].kind == "sine" and "frequency_Hz" in recording.segments[index].parameters
+    )
+
+
+def sine_data(recording: Recording, segments: tuple[int, ...]) -> SineData:
+    """The sine segments among `segments`; there must be one, and an even `period_s`."""
+    chosen = sine_segments(recording, segments)
+    period = recording.period_s
+    assert chosen and period is not None
+    kind, window = _kind(recording)
+    runs = [recording.segments[index] for index in chosen]
+    unit = _unit(recording, runs)
+    shape = (len(chosen), bucket(max(map(len, runs))))
+    time = np.broadcast_to(np.arange(shape[1]) * period, shape).copy()
+    volts, measured, valid = np.zeros(shape), np.zeros(shape), np.zeros(shape, bool)
+    for row, run in enumerate(runs):
+        tick = np.arange(len(run)) if run.tick is None else run.tick - run.tick[0]
+        keep = tick < shape[1]
+        cells = (row, tick[keep])
+        volts[cells], measured[cells] = run.volts[keep], _measured(run, unit)[keep]
+        valid[cells] = True
+    if kind == "mean_speed":
+        valid[:, 0] = False
+    amplitude = np.array([float(run.parameters.get("amplitude_V", np.nan)) for run in runs])
+    frequency = np.array([float(run.parameters["frequency_Hz"]) for run in runs])
+    known = recording.measured == "count"
+    return SineData(chosen, frequency, amplitude, time, volts, measured, valid, unit, period, kind, window, known)
+
+
+def _kind(recording: Recording) -> tuple[Literal["position", "mean_speed", "speed"], float]:
+    if recording.measured != "speed":
+        return "position", 0.0
+    window, period = recording.speed_window_s or 0.0, recording.period_s or 0.0
+    return ("mean_speed" if abs(window - period) < 1e-6 * period else "speed"), window
+
+
+def _unit(recording: Recording, runs: list[Segment]) -> float:
+    """One unit of the position [rad]; a speed is in units per second."""
+    if recording.counts_per_rev is not None and recording.measured == "count":
+        return 2 * np.pi / recording.counts_per_rev
+    columns = [run.angle_rad if run.angle_rad is not None else run.speed_rad_s for run in runs]
+    unit, _ = resolution([column for column in columns if column is not None])
+    return unit
+
+
+def _measured(run: Segment, unit: float) -> np.ndarray:
+    if run.count is not None:
+        return (run.count - run.count[0]).astype(float)
+    if run.angle_rad is not None:
+        return (run.angle_rad - run.angle_rad[0]) / unit
+    assert run.speed_rad_s is not None
+    return run.speed_rad_s / unit

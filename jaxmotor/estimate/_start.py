@@ -1,0 +1,44 @@
+"""Where the fit starts when there are no sines: the best of a row of poles."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from jaxmotor.estimate._trajectory import Problem, least_squares, observe, start_columns, whitened
+from jaxmotor.motor import FirstOrder
+
+POLES = 24
+
+
+def data_start(problem: Problem) -> Float[Array, " 3"]:
+    """(K, b, log a): K and b by linear least squares for each of `POLES` poles, and the pole that fits best.
+
+    The cost with K and b profiled out has one minimum in log a, so a coarse row of poles finds its basin.
+    """
+    lanes = problem.lanes
+    shortest = float(np.min(lanes.duration))
+    longest = shortest * lanes.volts.shape[1]
+    low, high = 0.1 / longest, 3.0 / shortest
+    return _best_of(problem, jnp.linspace(np.log(low), np.log(high), POLES))
+
+
+@eqx.filter_jit
+def _best_of(problem: Problem, log_poles: Float[Array, " k"]) -> Float[Array, " 3"]:
+    volts, valid = jnp.asarray(problem.lanes.volts), jnp.asarray(problem.lanes.valid)
+    observed = jnp.where(valid, jnp.asarray(problem.lanes.observed), 0.0)
+    rest = jnp.zeros_like(volts)
+    differences_only = jnp.asarray(1e6, volts.dtype)
+
+    def at(log_pole: Float[Array, ""]):
+        motor = FirstOrder(jnp.ones_like(log_pole), jnp.exp(log_pole))
+        columns = [observed] + [observe(motor, problem, drive, rest) for drive in (volts, jnp.ones_like(volts))]
+        columns = jnp.where(valid[..., None], jnp.stack(columns, axis=-1), 0.0)
+        starts = start_columns(jnp.stack([motor.gain, motor.gain, log_pole]), problem)
+        white, _, _ = whitened(columns, starts, differences_only, problem)
+        left, linear, _ = least_squares(white)
+        return (left**2).sum(), jnp.append(linear, log_pole)
+
+    cost, psi = jax.lax.map(at, log_poles)
+    return psi[jnp.argmin(jnp.where(jnp.isfinite(cost), cost, jnp.inf))]

@@ -1,0 +1,268 @@
+"""Gain and pole from the whole recording in time, by least squares on whitened residuals.
+
+The motor is simulated freely over every segment, so nothing is differentiated and no noise enters a regressor.
+Unknown are ψ = (K, b, log a [, log τ]), where b = K u0 [rad/s] is the speed of a constant voltage error u0, and the
+initial speed of each piece that does not begin at rest. K, b and the initial speeds enter linearly, and with them
+profiled out the cost has one minimum in log a: Gauss-Newton with the steps in the logarithms clipped to one, and the
+linear unknowns at their best for the clipped step, converges from far away. Each step also chooses the process term q
+of the residuals' covariance by maximum likelihood (`_whitening`).
+"""
+
+from typing import Literal, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from jaxmotor.estimate._lanes import Lanes
+from jaxmotor.estimate._whitening import whiten
+from jaxmotor.motor import AbstractLinearMotor, FirstOrder, SecondOrder, simulate
+
+MAX_STEPS = 40
+PROCESS_RANGE = (-8.0, 4.0)
+"""Decades of q that are searched, in units of the floor."""
+PROCESS_POINTS = 9
+
+
+class Problem(eqx.Module):
+    """One recording, and what is asked of it. Static fields choose the program, arrays are its data."""
+
+    lanes: Lanes
+    unit: Float[Array, ""]
+    window: Float[Array, ""]
+    kind: Literal["turn", "speed", "window"] = eqx.field(static=True)
+    floor_known: bool = eqx.field(static=True)
+    pieces: int = eqx.field(static=True)
+    clusters: int = eqx.field(static=True)
+    free: bool = eqx.field(static=True)
+    """Some piece begins at an unknown speed."""
+
+    @property
+    def floor(self) -> float:
+        """Variance of one observation from the encoder alone [units²]."""
+        return 1 / 6 if self.kind == "turn" else 1 / 12
+
+    @property
+    def shared(self) -> float:
+        """Covariance between neighbours from the encoder alone, with its sign changed [units²]."""
+        return 1 / 12 if self.kind == "turn" else 0.0
+
+    @property
+    def begins(self) -> Bool[Array, "lane row"]:
+        """Rows whose error shares nothing with the row before."""
+        lanes = self.lanes
+        before = jnp.pad(lanes.valid[:, :-1], ((0, 0), (1, 0)))
+        return jnp.asarray(lanes.reset) | ~before
+
+
+class Solution(NamedTuple):
+    """Where the steps ended, and the linearisation there."""
+
+    psi: Float[Array, " p"]
+    initial_speed: Float[Array, " pieces_and_one"]
+    """Of each piece [rad/s]."""
+    log10_q: Float[Array, ""]
+    """Process term, in units of the floor."""
+    residual: Float[Array, "lane row"]
+    """Observed minus simulated [units]."""
+    jacobian: Float[Array, "lane row p"]
+    """Of the simulation with respect to ψ [units]."""
+    steps: Int[Array, ""]
+    moved: Float[Array, ""]
+    """Length of the last step, in standard errors."""
+
+
+def motor_of(psi: Float[Array, " p"]) -> AbstractLinearMotor:
+    """The motor at ψ."""
+    gain, pole = psi[0], jnp.exp(psi[2])
+    return FirstOrder(gain, pole) if len(psi) == 3 else SecondOrder(gain, pole, jnp.exp(psi[3]))
+
+
+def observe(
+    motor: AbstractLinearMotor,
+    problem: Problem,
+    volts: Float[Array, "lane row"],
+    initial_speed: Float[Array, "lane row"],
+) -> Float[Array, "lane row"]:
+    """What the recording would show [units] of a motor under `volts` that starts its pieces at `initial_speed`."""
+    lanes = problem.lanes
+    duration = jnp.asarray(lanes.duration)
+    per_lane = (0, 0, 0, None if duration.ndim == 0 else 0)
+    motion = jax.vmap(lambda *row: simulate(motor, *row), per_lane)(
+        volts, jnp.asarray(lanes.reset), initial_speed, duration
+    )
+    if problem.kind == "turn":
+        return motion.turn / problem.unit
+    if problem.kind == "speed":
+        return motion.state[..., 0] / problem.unit
+    angle = jnp.cumsum(motion.turn, axis=1) - motion.turn
+    first = jnp.arange(angle.shape[1]) - jnp.asarray(lanes.back)
+    state = jnp.take_along_axis(motion.state, first[..., None], axis=1)
+    part = jax.vmap(jax.vmap(motor.hold))(jnp.asarray(lanes.part))
+    inside = (part.turn * state).sum(-1) + part.turn_drive * jnp.take_along_axis(volts, first, axis=1)
+    return (angle - jnp.take_along_axis(angle, first, axis=1) - inside) / (problem.window * problem.unit)
+
+
+def predict(psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem) -> Float[Array, "lane row"]:
+    """What the recording would show [units] at ψ."""
+    lanes = problem.lanes
+    start = jnp.asarray(lanes.free) * initial_speed[lanes.piece]
+    unit_gain = motor_of(psi.at[0].set(1.0))
+    return observe(unit_gain, problem, psi[0] * jnp.asarray(lanes.volts) + psi[1], start)
+
+
+def start_columns(psi: Float[Array, " p"], problem: Problem) -> Float[Array, "lane row c"]:
+    """What one rad/s of initial speed adds to the piece it belongs to [units]; no column where all start at rest."""
+    free = jnp.asarray(problem.lanes.free)
+    if not problem.free:
+        return jnp.zeros((*free.shape, 0), free.dtype)
+    return observe(motor_of(psi), problem, jnp.zeros_like(free), free)[..., None]
+
+
+def whitened(
+    columns: Float[Array, "lane row c"], starts: Float[Array, "lane row s"], q: Float[Array, ""], problem: Problem
+) -> tuple[Float[Array, "lane row c"], Float[Array, "pieces_and_one c"], Float[Array, ""]]:
+    """Whitened `columns` with each piece's initial speed projected out, the speeds that did it, and log det Cov."""
+    valid = jnp.asarray(problem.lanes.valid)
+    variance, shared = problem.floor * (1 + q), jnp.asarray(problem.shared, q.dtype)
+    both = jnp.concatenate([columns, starts], axis=-1)
+    both, log_det = jax.vmap(whiten, (0, 0, 0, None, None))(both, problem.begins, valid, variance, shared)
+    columns, starts = both[..., : columns.shape[-1]], both[..., columns.shape[-1] :]
+    if not problem.free:
+        return columns, jnp.zeros((problem.pieces + 1, columns.shape[-1]), columns.dtype), log_det.sum()
+    piece = jnp.asarray(problem.lanes.piece)
+    size = _sum_by(starts**2, piece, problem.pieces)
+    speed = _sum_by(starts * columns, piece, problem.pieces) / jnp.where(size > 0, size, 1.0)
+    return columns - starts * speed[piece], speed, log_det.sum()
+
+
+def negative_log_likelihood(log10_q: Float[Array, ""], columns, starts, problem: Problem) -> Float[Array, ""]:
+    """-2 log likelihood of q with ψ and the initial speeds at their best for it.
+
+    `columns` are the residual and its Jacobian. Where the floor is not known its scale is profiled out, too.
+    """
+    white, _, log_det = whitened(columns, starts, 10**log10_q, problem)
+    residual, _, _ = least_squares(white)
+    count = jnp.asarray(problem.lanes.valid).sum().astype(residual.dtype)
+    square = (residual**2).sum()
+    if problem.floor_known:
+        return square + log_det
+    return count * jnp.log(square / count) + log_det
+
+
+def least_squares(
+    white: Float[Array, "lane row c"],
+) -> tuple[Float[Array, "lane row"], Float[Array, " p"], Float[Array, "p p"]]:
+    """Residual and solution of J δ = r for `white` = [r, J], and JᵀJ; a column that is zero gets no step."""
+    residual, jacobian = white[..., 0], white[..., 1:]
+    normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
+    delta = solve_normal(normal, jnp.einsum("lrp,lr->p", jacobian, residual))
+    return residual - jacobian @ delta, delta, normal
+
+
+def solve_normal(normal: Float[Array, "p p"], right: Float[Array, "p *c"]) -> Float[Array, "p *c"]:
+    """Solution of symmetric equations whose unknowns have different units; a zero row gets a zero."""
+    scale = jnp.sqrt(jnp.diag(normal))
+    scale = jnp.where(scale > 0, scale, 1.0)
+    balanced = normal / jnp.outer(scale, scale) + 1e-14 * jnp.eye(len(scale), dtype=normal.dtype)
+    scale = scale.reshape(-1, *[1] * (right.ndim - 1))
+    return jnp.linalg.solve(balanced, right / scale) / scale
+
+
+def _clipped(delta: Float[Array, " p"], normal: Float[Array, "p p"]) -> Float[Array, " p"]:
+    """`delta` with steps in logarithms of at most one, and K and b at the best value for the step that is left."""
+    logs = jnp.clip(delta[2:], -1.0, 1.0)
+    linear = delta[:2] + solve_normal(normal[:2, :2], normal[:2, 2:] @ (delta[2:] - logs))
+    return jnp.concatenate([linear, logs])
+
+
+@eqx.filter_jit
+def evaluate(problem: Problem, psi: Float[Array, " p"]) -> Solution:
+    """No step, only the residual at `psi` with the initial speeds at their best (least squares on differences)."""
+    q = jnp.asarray(PROCESS_RANGE[1], psi.dtype)
+    none = jnp.zeros(problem.pieces + 1, psi.dtype)
+    residual, jacobian = linearise(psi, none, problem)
+    _, speeds, _ = whitened(residual[..., None], start_columns(psi, problem), 10**q, problem)
+    residual, jacobian = linearise(psi, speeds[:, 0], problem)
+    return Solution(psi, speeds[:, 0], q, residual, jacobian, jnp.asarray(0), jnp.zeros_like(q))
+
+
+class _State(NamedTuple):
+    solution: Solution
+    width: Float[Array, ""]
+
+
+@eqx.filter_jit
+def solve(problem: Problem, psi: Float[Array, " p"]) -> Solution:
+    """Least squares from `psi`, at most `MAX_STEPS` steps or until one is under a thousandth standard error."""
+    dtype = psi.dtype
+    low, high = PROCESS_RANGE
+    shape = problem.lanes.volts.shape
+    state = _State(
+        Solution(
+            psi,
+            jnp.zeros(problem.pieces + 1, dtype),
+            jnp.asarray((low + high) / 2, dtype),
+            jnp.zeros(shape, dtype),
+            jnp.zeros((*shape, len(psi)), dtype),
+            jnp.asarray(0),
+            jnp.asarray(jnp.inf, dtype),
+        ),
+        jnp.asarray((high - low) / 2, dtype),
+    )
+
+    def unfinished(state: _State) -> Bool[Array, ""]:
+        return (state.solution.steps < MAX_STEPS) & ~(state.solution.moved < 1e-3)
+
+    return jax.lax.while_loop(unfinished, lambda state: _step(state, problem), state).solution
+
+
+def _step(state: _State, problem: Problem) -> _State:
+    """Linearise, choose q, move."""
+    before = state.solution
+    residual, jacobian = linearise(before.psi, before.initial_speed, problem)
+    columns = jnp.concatenate([residual[..., None], jacobian], axis=-1)
+    starts = start_columns(before.psi, problem)
+    log10_q, width = _process_term(before.log10_q, state.width, columns, starts, problem)
+    white, speeds, _ = whitened(columns, starts, 10**log10_q, problem)
+    _, delta, normal = least_squares(white)
+    step = _clipped(delta, normal)
+    initial_speed = before.initial_speed + speeds[:, 0] - speeds[:, 1:] @ step
+    moved = jnp.sqrt((jnp.einsum("lrp,p->lr", white[..., 1:], delta) ** 2).sum())
+    # The process term's bracket must have closed, too, before a small step means the end.
+    moved = jnp.where(width < 0.05, moved, jnp.inf)
+    after = Solution(before.psi + step, initial_speed, log10_q, residual, jacobian, before.steps + 1, moved)
+    return _State(after, width)
+
+
+def linearise(
+    psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem
+) -> tuple[Float[Array, "lane row"], Float[Array, "lane row p"]]:
+    """Residual [units] and Jacobian of the prediction, both zero where nothing was measured."""
+    valid = jnp.asarray(problem.lanes.valid)
+
+    def twice(psi):
+        prediction = predict(psi, initial_speed, problem)
+        return prediction, prediction
+
+    jacobian, prediction = jax.jacfwd(twice, has_aux=True)(psi)
+    residual = jnp.where(valid, jnp.asarray(problem.lanes.observed) - prediction, 0.0)
+    return residual, jnp.where(valid[..., None], jacobian, 0.0)
+
+
+def _process_term(centre, width, columns, starts, problem: Problem) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """The best of a few values of log10 q around `centre`, and a bracket that has halved."""
+    if problem.kind != "turn" and not problem.floor_known:
+        # White noise of unknown size: the scale is profiled out, and q would be the same thing again.
+        return centre, jnp.zeros_like(width)
+    points = jnp.clip(centre + width * jnp.linspace(-1, 1, PROCESS_POINTS, dtype=width.dtype), *PROCESS_RANGE)
+    cost = jax.vmap(lambda q: negative_log_likelihood(q, columns, starts, problem))(points)
+    best = jnp.argmin(cost)
+    at_edge = ((best == 0) | (best == PROCESS_POINTS - 1)) & (points[best] > PROCESS_RANGE[0])
+    return points[best], jnp.where(at_edge, width, jnp.maximum(width / 2, 0.02))
+
+
+def _sum_by(values: Float[Array, "lane row c"], index: Int[Array, "lane row"], count: int) -> Float[Array, "k c"]:
+    flat = values.reshape(-1, values.shape[-1])
+    return jax.ops.segment_sum(flat, index.reshape(-1), num_segments=count + 1)

@@ -1,0 +1,167 @@
+"""How far the estimates may be off: from the encoder, from disturbances, and from what the model leaves out.
+
+Four answers, because no single one holds for all recordings (F = EᵀE with E the whitened Jacobian, e the whitened
+residual):
+
+`model`       F⁻¹, times the residual's variance where that exceeds one. Right for white errors.
+`clustered`   From how the estimate moves when one segment is left out (the jackknife, "CR3"): F_s and score g_s of each
+              segment give (F - F_s)⁻¹ g_s. Right for errors that are alike within a segment, whatever they are, at
+              the price of few degrees of freedom: 1/Σ share² - 1, where share is a segment's part of the information.
+`requantised` From rounding the fitted motion anew with random encoder offsets. The rounding error is not white where
+              the motor stands still, hardly moves, or repeats the same counts every period; chi2 does not show that.
+`allowance`   How far the estimate moves when Coulomb friction and a delay, the two things that real motors have and a
+              linear model lacks, are let into the fit (one linear step), if the data ask for them.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Float, Key
+
+from jaxmotor.estimate._trajectory import (
+    Problem,
+    Solution,
+    motor_of,
+    observe,
+    predict,
+    solve_normal,
+    start_columns,
+    whitened,
+)
+
+REDRAWS = 150
+"""Random encoder offsets drawn for `requantised`."""
+
+
+class Uncertainty(NamedTuple):
+    """Covariances of ψ (see `_trajectory`) and what they rest on."""
+
+    model: Float[Array, "p p"]
+    clustered: Float[Array, "p p"]
+    degrees_of_freedom: Float[Array, " p"]
+    """Of `clustered`, for each parameter."""
+    clusters: Float[Array, ""]
+    """Number of blocks of rows that `clustered` rests on."""
+    requantised: Float[Array, "p p"]
+    """The same as `model` where the encoder's resolution is not known."""
+    allowance: Float[Array, " p"]
+    """By how much ψ moves when friction and delay are let in."""
+    evidence: Float[Array, ""]
+    """By how much they lower the sum of squared whitened residuals, 2 by chance; where rounding errors that repeat
+    themselves alone lower it by more than 2, in proportion."""
+    log10_q: Float[Array, ""]
+    chi2: Float[Array, ""]
+    """Mean squared residual of the plain differences over the floor."""
+
+
+@eqx.filter_jit
+def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Uncertainty:
+    """All four, from the linearisation at `solution`; nothing is fitted again."""
+    size = solution.psi.shape[0]
+    extra = _missing(solution, problem)
+    columns = jnp.concatenate([solution.residual[..., None], solution.jacobian, extra], axis=-1)
+    starts = start_columns(solution.psi, problem)
+    white, _, _ = whitened(columns, starts, 10**solution.log10_q, problem)
+    error, jacobian, extra = white[..., 0], white[..., 1 : 1 + size], white[..., 1 + size :]
+    count = jnp.asarray(problem.lanes.valid).sum().astype(error.dtype)
+    normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
+    inverse = solve_normal(normal, jnp.eye(size, dtype=normal.dtype))
+    variance = (error**2).sum() / (count - size)
+    if problem.floor_known:
+        variance = jnp.maximum(variance, 1.0)
+    clustered, freedom, clusters = _clustered(error, jacobian, normal, inverse, problem)
+    requantised = inverse * variance
+    chi2 = (solution.residual**2).sum() / count / problem.floor
+    held, own = _against(jacobian, extra, normal)
+    amount, evidence = _amount(extra, error, own)
+    evidence = evidence / variance
+    if problem.floor_known:
+        requantised, by_rounding = _requantised(jacobian, extra, starts, inverse, own, solution, problem, chi2, key)
+        evidence = evidence / jnp.maximum(by_rounding / extra.shape[-1], 1.0)
+    return Uncertainty(
+        model=inverse * variance,
+        clustered=clustered,
+        degrees_of_freedom=freedom,
+        clusters=clusters,
+        requantised=requantised,
+        allowance=-held @ amount,
+        evidence=evidence,
+        log10_q=solution.log10_q,
+        chi2=chi2,
+    )
+
+
+def _missing(solution: Solution, problem: Problem) -> Float[Array, "lane row c"]:
+    """What one volt of Coulomb friction, and one tick of delay, add to the prediction [units]."""
+    motor = motor_of(solution.psi)
+    lanes = problem.lanes
+    reset, volts = jnp.asarray(lanes.reset), jnp.asarray(lanes.volts)
+    at_rest = jnp.zeros_like(volts)
+    turning = predict(solution.psi, solution.initial_speed, problem)
+    # A turn of less than a quarter count says nothing about the direction.
+    friction = -jnp.sign(jnp.where(jnp.abs(turning) > 0.25, turning, 0.0))
+    before = jnp.where(reset, 0.0, jnp.pad(volts[:, :-1], ((0, 0), (1, 0))))
+    both = [observe(motor, problem, drive, at_rest) for drive in (friction, before - volts)]
+    return jnp.where(jnp.asarray(lanes.valid)[..., None], jnp.stack(both, axis=-1), 0.0)
+
+
+def _clustered(error, jacobian, normal, inverse, problem: Problem):
+    """Jackknife covariance, degrees of freedom, number of clusters."""
+    cluster = jnp.asarray(problem.lanes.cluster).reshape(-1)
+    flat, size = jacobian.reshape(-1, jacobian.shape[-1]), jacobian.shape[-1]
+
+    def by_cluster(values):
+        return jax.ops.segment_sum(values, cluster, num_segments=problem.clusters + 1)[:-1]
+
+    score = by_cluster(flat * error.reshape(-1)[:, None])
+    information = by_cluster((flat[:, :, None] * flat[:, None, :]).reshape(-1, size * size)).reshape(-1, size, size)
+    used = (jnp.trace(information, axis1=1, axis2=2) > 0).astype(error.dtype)
+    moved = jax.vmap(lambda part, score: -solve_normal(normal - part, score))(information, score)
+    moved = jnp.where(used[:, None] > 0, moved, 0.0)
+    number = used.sum()
+    away = (moved - moved.sum(0, keepdims=True) / number) * used[:, None]
+    # A parameter's information with the others at their best: what its row of the inverse picks out of each segment.
+    share = jnp.einsum("pi,sij,pj->sp", inverse, information, inverse) / jnp.diag(inverse)[None, :]
+    freedom = jnp.maximum(1 / (share**2).sum(0) - 1, 1.0)
+    return (number - 1) / number * away.T @ away, freedom, number
+
+
+def _requantised(jacobian, extra, starts, inverse, own, solution: Solution, problem: Problem, chi2, key):
+    """Covariance of F⁻¹ Eᵀ e over rounding errors e of the fitted motion drawn with random encoder offsets, and the
+    mean evidence for `extra` that such errors give."""
+    valid = jnp.asarray(problem.lanes.valid)
+    prediction = predict(solution.psi, solution.initial_speed, problem)
+    position = jnp.cumsum(prediction, axis=1) - prediction
+    after = position + prediction
+    piece = jnp.asarray(problem.lanes.piece)
+    jitter = jnp.sqrt(jnp.where(chi2 > 1.02, chi2 - 1, 0.0) / 12)
+
+    def draw(key):
+        offset_key, jitter_key = jax.random.split(key)
+        offset = jax.random.uniform(offset_key, (problem.pieces + 1,), position.dtype)[piece]
+        noise = jitter * jax.random.normal(jitter_key, (position.shape[0], position.shape[1] + 1), position.dtype)
+        begin = jnp.floor(position + offset + noise[:, :-1]) - position
+        end = jnp.floor(after + offset + noise[:, 1:]) - after
+        errors = jnp.where(valid, end - begin, 0.0)[..., None]
+        white, _, _ = whitened(errors, starts, 10**solution.log10_q, problem)
+        moved = inverse @ jnp.einsum("lrp,lr->p", jacobian, white[..., 0])
+        return moved, _amount(extra, white[..., 0] - jacobian @ moved, own)[1]
+
+    moved, evidence = jax.vmap(draw)(jax.random.split(key, REDRAWS))
+    return moved.T @ moved / REDRAWS, evidence.mean()
+
+
+def _against(jacobian, extra, normal) -> tuple[Float[Array, "p e"], Float[Array, "e e"]]:
+    """What of `extra` the parameters can do, and the information on the rest."""
+    across = jnp.einsum("lrp,lre->pe", jacobian, extra)
+    held = solve_normal(normal, across)
+    return held, jnp.einsum("lre,lrf->ef", extra, extra) - across.T @ held
+
+
+def _amount(extra, error, own) -> tuple[Float[Array, " e"], Float[Array, ""]]:
+    """Best amounts of `extra` for the residual `error`, and the drop of its sum of squares."""
+    score = jnp.einsum("lre,lr->e", extra, error)
+    amount = solve_normal(own, score)
+    return amount, score @ amount

@@ -1,0 +1,160 @@
+"""How all figures look: 12 cm wide, readable without colour. Nothing outside a figure is changed.
+
+Each curve has its own line style or marker besides its colour, and colours are those of Okabe and Ito, which the
+colour-blind can tell apart. Uncertainty is a light fill or a hatched one.
+"""
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any, ParamSpec, TypedDict
+
+import matplotlib.style
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont, get_font
+from matplotlib.text import Text
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+P = ParamSpec("P")
+
+WIDTH_IN = 12 / 2.54
+BLACK, BLUE, VERMILLION, GREEN, GREY = "#000000", "#0072B2", "#D55E00", "#009E73", "#8A8A8A"
+
+STYLE: dict[str, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 8,
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "legend.handlelength": 2.6,
+    "legend.borderaxespad": 0.3,
+    "legend.columnspacing": 1.4,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.unicode_minus": True,
+    "axes.formatter.useoffset": False,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4,
+    "hatch.linewidth": 0.4,
+    "figure.dpi": 100,
+    "savefig.facecolor": "white",
+    "svg.hashsalt": "jaxmotor",
+    "svg.fonttype": "path",
+    "text.usetex": False,
+    "text.parse_math": True,
+}
+
+
+class Look(TypedDict, total=False):
+    """Of a line; colour, and what is left of it in grey."""
+
+    color: str
+    linestyle: Any
+    marker: str
+    linewidth: float
+    markersize: float
+    markerfacecolor: str
+    markeredgewidth: float
+
+
+MEASURED = Look(color=BLACK, linestyle="none", marker="o", markersize=4, markerfacecolor="white")
+MEASURED_LINE = Look(color=GREY, linestyle="-", linewidth=1.8)
+EXACT = Look(color=BLUE, linestyle="-")
+PAPER = Look(color=VERMILLION, linestyle=(0, (5, 1.6)))
+OTHER = Look(color=GREEN, linestyle=(0, (5, 1.4, 1, 1.4)))
+REFERENCE = Look(color=BLACK, linestyle=(0, (1, 1.6)), linewidth=0.9)
+MARKS = {"exact": Look(marker="o"), "paper": Look(marker="s"), "other": Look(marker="^")}
+
+BAND: dict[str, Any] = {"facecolor": "#D4D4D4", "edgecolor": "none", "linewidth": 0, "zorder": 0.5}
+HATCHED: dict[str, Any] = {"facecolor": "none", "edgecolor": BLUE, "hatch": "//////", "linewidth": 0, "zorder": 0.6}
+
+
+def styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Run `function` with `STYLE` over matplotlib's own defaults; the program's settings are as before after it."""
+
+    @functools.wraps(function)
+    def wrapped(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with matplotlib.style.context(STYLE, after_reset=True):
+            figure = function(*args, **kwargs)
+            # Text that came from elsewhere is wrapped and scaled only when drawn; ticks are made then, too.
+            figure.draw_without_rendering()
+            return figure
+
+    return wrapped
+
+
+def panels(
+    rows: int,
+    height_in: float,
+    *,
+    columns: int = 1,
+    heights: Sequence[float] | None = None,
+    share_x: bool = True,
+    share_y: bool | str = False,
+) -> tuple[Figure, np.ndarray]:
+    """An empty figure of the house width, and its axes (`rows`, `columns`)."""
+    figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+    axes = figure.subplots(
+        rows,
+        columns,
+        squeeze=False,
+        sharex=share_x,
+        sharey=share_y,  # pyright: ignore[reportArgumentType]
+        gridspec_kw={"height_ratios": heights},
+    )
+    for ax in axes.flat:
+        grid(ax)
+    return figure, axes
+
+
+def grid(ax: Axes) -> None:
+    """Faint lines to read values by."""
+    ax.grid(True, color="#E4E4E4", linewidth=0.5)
+    ax.set_axisbelow(True)
+
+
+def legend_above(ax: Axes, columns: int = 2, entries: Sequence[tuple[Any, str]] | None = None) -> None:
+    """The legend of `ax` above it, where it covers no data."""
+    handles, labels = ax.get_legend_handles_labels() if entries is None else zip(*entries, strict=True)
+    ax.legend(list(handles), list(labels), loc="lower left", bbox_to_anchor=(0, 1.0), ncols=columns)
+
+
+def frequency_axis(ax: Axes) -> None:
+    """Logarithmic in Hz, with plain numbers at 1, 2 and 5."""
+    ax.set_xscale("log")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_locator(LogLocator(subs=(3.0, 4.0, 6.0, 7.0, 8.0, 9.0)))
+    ax.xaxis.set_minor_formatter(NullFormatter())
+
+
+def plain(text: object, length: int = 60) -> str:
+    """`text` as it stands, cut to `length` characters, where matplotlib would read mathematics between dollar signs.
+
+    What matplotlib's own font cannot show becomes a question mark, instead of a warning and an empty box.
+    """
+    text = str(text)
+    text = text if len(text) <= length else text[: length - 1] + "…"
+    known = _glyphs()
+    shown = "".join(char if ord(char) in known else " " if char.isspace() else "?" for char in text)
+    return shown.replace("$", r"\$")
+
+
+@functools.cache
+def _glyphs() -> frozenset[int]:
+    return frozenset(get_font(findfont("DejaVu Sans")).get_charmap())
+
+
+def all_text(figure: Figure) -> list[Text]:
+    """Every text of `figure`, for tests and for those who translate it."""
+    return figure.findobj(Text)  # pyright: ignore[reportReturnType]

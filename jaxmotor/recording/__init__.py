@@ -1,0 +1,14 @@
+"""Recordings: the file format, what can be wrong with the data, and logs from elsewhere."""
+
+from jaxmotor.recording._check import check as check
+from jaxmotor.recording._check import lost_ticks as lost_ticks
+from jaxmotor.recording._foreign import import_log as import_log
+from jaxmotor.recording._read import read as read
+from jaxmotor.recording._recording import KINDS as KINDS
+from jaxmotor.recording._recording import Measured as Measured
+from jaxmotor.recording._recording import Recording as Recording
+from jaxmotor.recording._recording import RecordingError as RecordingError
+from jaxmotor.recording._recording import Segment as Segment
+from jaxmotor.recording._sysid import import_sysid as import_sysid
+from jaxmotor.recording._write import to_text as to_text
+from jaxmotor.recording._write import write as write

@@ -1,0 +1,221 @@
+"""What the data themselves tell: errors for the impossible, warnings for what weakens an estimate."""
+
+from fractions import Fraction
+
+import numpy as np
+
+from jaxmotor.recording._jumps import check_jumps
+from jaxmotor.recording._recording import Recording, RecordingError, Segment
+
+SATURATED_SHARE = 0.2
+"""Share of saturated rows of a sine that is still no warning."""
+PERIODIC = ("sine", "multisine", "chirp")
+
+
+def check(recording: Recording) -> tuple[str, ...]:
+    """Warnings, one sentence each and without the file's name, about what weakens an estimate from `recording`.
+
+    **Raises:** `RecordingError` where no estimate is possible: input or output never change, the count jumps by
+    more than the motor could move, a sine without frequency or above the Nyquist frequency.
+    """
+    check_input(recording)
+    check_output(recording)
+    check_sines(recording)
+    check_jumps(recording)
+    return (
+        *warn_saturation(recording),
+        *warn_repetition(recording),
+        *warn_lost_ticks(recording),
+        *warn_overlap(recording),
+        *warn_sign(recording),
+        *warn_unknowns(recording),
+    )
+
+
+def check_input(recording: Recording) -> None:
+    """**Raises:** `RecordingError` where the input never changes; starting from rest at some voltage is a change."""
+    levels = {level for segment in recording.segments for level in (segment.volts.min(), segment.volts.max())}
+    from_rest = any(segment.at_rest for segment in recording.segments)
+    level = levels.pop()
+    if not levels and (level == 0 or not from_rest):
+        raise RecordingError(
+            f"{recording.source}: the input never changes ({level:g} V throughout), so nothing can be identified; "
+            "record steps, sines or a PRBS"
+        )
+
+
+def check_output(recording: Recording) -> None:
+    """**Raises:** `RecordingError` where the shaft never moved, or its speed never changed."""
+    shafts = [_shaft(segment) for segment in recording.segments]
+    if recording.measured == "speed":
+        level, still = shafts[0][0], np.ptp(np.concatenate(shafts)) == 0
+        if still and level != 0:
+            raise RecordingError(
+                f"{recording.source}: the speed never changes ({level:g} rad/s throughout); check the sensor, or "
+                "record steps, sines or a PRBS"
+            )
+    else:
+        # A count on an edge may flicker by one.
+        least = 1 if recording.measured == "count" else 0
+        still = all(np.ptp(shaft) <= least for shaft in shafts)
+    if still:
+        raise RecordingError(
+            f"{recording.source}: the motor never moved: check the supply, the bridge's enable pin, the wiring of "
+            "the encoder, and that the input is large enough"
+        )
+
+
+def check_sines(recording: Recording) -> None:
+    """**Raises:** `RecordingError` for a sine without frequency, or at or above the Nyquist frequency."""
+    for index, segment in enumerate(recording.segments):
+        if segment.kind != "sine":
+            continue
+        frequency = segment.parameters.get("frequency_Hz")
+        if isinstance(frequency, bool) or not isinstance(frequency, int | float):
+            raise RecordingError(
+                f"{recording.source}: segment {index} is a sine without frequency; add frequency_Hz = ... [Hz]"
+            )
+        nyquist = _nyquist_Hz(recording, segment)
+        if frequency >= nyquist:
+            raise RecordingError(
+                f"{recording.source}: segment {index} is a sine of {frequency:g} Hz, not below the Nyquist frequency "
+                f"of {nyquist:g} Hz; sample faster or lower the frequency"
+            )
+
+
+def warn_saturation(recording: Recording) -> list[str]:
+    """Sines whose input is at full scale in more than a fifth of the rows."""
+    shares = {
+        index: share
+        for index, segment in enumerate(recording.segments)
+        if segment.kind in PERIODIC and (share := _saturated(recording, segment)) > SATURATED_SHARE
+    }
+    if not shares:
+        return []
+    worst = max(shares, key=lambda index: shares[index])
+    return [
+        f"{_segments(list(shares))}: saturated, segment {worst} in {shares[worst]:.0%} of its rows; lower the amplitude"
+    ]
+
+
+def warn_repetition(recording: Recording) -> list[str]:
+    """Sines of which every few rows repeat exactly, and with them the rounding of the encoder."""
+    repeating = {}
+    for index, segment in enumerate(recording.segments):
+        frequency = segment.parameters.get("frequency_Hz")
+        if segment.kind != "sine" or segment.count is None or not isinstance(frequency, int | float):
+            continue
+        if _repeats_after(recording, segment, float(frequency)):
+            repeating[index] = float(frequency)
+    if not repeating:
+        return []
+    first = next(iter(repeating.values()))
+    return [
+        f"{_segments(list(repeating))}: whole periods in whole ticks, so the encoder repeats itself and its rounding "
+        f"does not average out; detune by 0.1-1 % (such as {first * 1.003:.6g} Hz for {first:g} Hz)"
+    ]
+
+
+def warn_lost_ticks(recording: Recording) -> list[str]:
+    """Segments with skipped ticks, and how many."""
+    lost = {index: lost_ticks(segment) for index, segment in enumerate(recording.segments)}
+    lost = {index: number for index, number in lost.items() if number}
+    if not lost:
+        return []
+    total = sum(lost.values()) + sum(len(recording.segments[index]) for index in lost)
+    return [f"{_segments(list(lost))}: lost {sum(lost.values())} of {total} ticks; the gaps are left as gaps"]
+
+
+def warn_overlap(recording: Recording) -> list[str]:
+    """Segments that begin before the one before them ended."""
+    pairs = zip(recording.segments[:-1], recording.segments[1:], strict=True)
+    early = [
+        index
+        for index, (before, after) in enumerate(pairs, 1)
+        if after.start_s < (before.start_s + before.time_s[-1]) * (1 - 1e-9)
+    ]
+    if not early:
+        return []
+    return [f"{_segments(early)}: begins before the one before it ended; correct start_s, or drifts cannot be told"]
+
+
+def warn_sign(recording: Recording) -> list[str]:
+    """A shaft that turns against the voltage."""
+    volts = np.concatenate([segment.volts[:-1] for segment in recording.segments])
+    speed = np.concatenate([_speed(recording, segment) for segment in recording.segments])
+    if volts @ speed >= -0.1 * np.linalg.norm(volts) * np.linalg.norm(speed):
+        return []
+    return ["the motor turns against the voltage; swap the sign of the input or of the output"]
+
+
+def warn_unknowns(recording: Recording) -> list[str]:
+    """What the header leaves open."""
+    sentences = []
+    if recording.measured == "speed" and recording.speed_window_s is None:
+        sentences.append(
+            "it is not known over how long each speed was averaged; state speed_window_s (0 for an instantaneous "
+            "one), or a delay will be seen that the motor does not have"
+        )
+    if recording.supply_V is None and all(segment.supply_V is None for segment in recording.segments):
+        sentences.append("the supply voltage is not known; state supply_V to have saturation seen")
+    return sentences
+
+
+def _segments(indices: list[int]) -> str:
+    """`segment 3`, or `segments 1-10, 12`."""
+    runs: list[list[int]] = []
+    for index in indices:
+        if runs and index == runs[-1][1] + 1:
+            runs[-1][1] = index
+        else:
+            runs.append([index, index])
+    named = ", ".join(f"{first}-{last}" if last > first else f"{first}" for first, last in runs)
+    return f"segment{'s' if len(indices) > 1 else ''} {named}"
+
+
+def lost_ticks(segment: Segment) -> int:
+    """Ticks that are missing between the first and the last row."""
+    if segment.tick is None:
+        return 0
+    return int(segment.tick[-1] - segment.tick[0]) + 1 - len(segment)
+
+
+def _shaft(segment: Segment) -> np.ndarray:
+    for column in (segment.count, segment.angle_rad, segment.speed_rad_s):
+        if column is not None:
+            return column
+    raise RecordingError("a segment has no count, angle_rad or speed_rad_s; one of them must be logged")
+
+
+def _nyquist_Hz(recording: Recording, segment: Segment) -> float:
+    if recording.period_s is not None:
+        return 0.5 / recording.period_s
+    return 0.5 / float(np.median(np.diff(segment.time_s))) if len(segment) > 1 else np.inf
+
+
+def _saturated(recording: Recording, segment: Segment) -> float:
+    """Share of rows at full scale."""
+    if segment.duty is not None and recording.duty_full_scale is not None:
+        return float(np.mean(np.abs(segment.duty) >= recording.duty_full_scale))
+    if recording.supply_V is None:
+        return 0.0
+    return float(np.mean(np.abs(segment.volts) >= recording.supply_V))
+
+
+def _repeats_after(recording: Recording, segment: Segment, frequency_Hz: float) -> int:
+    """Rows after which the sine's samples repeat to 1e-6 of a turn over the segment; 0 where they do not.
+
+    Patterns of more than 400 rows, or seen less than three times, average out.
+    """
+    rows = len(segment)
+    if recording.period_s is None or rows < 6:
+        return 0
+    turns = Fraction(frequency_Hz * recording.period_s)
+    ratio = turns.limit_denominator(min(rows // 3, 400))
+    return ratio.denominator if abs(turns - ratio) * rows < 1e-6 else 0
+
+
+def _speed(recording: Recording, segment: Segment) -> np.ndarray:
+    """(n - 1,) speed from each row to the next, in whatever unit."""
+    shaft = _shaft(segment)
+    return shaft[1:] if recording.measured == "speed" else np.diff(shaft) / np.diff(segment.time_s)

@@ -1,0 +1,99 @@
+"""What was measured: segments of ticks in SI units, as numpy arrays (format 1)."""
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from jaxmotor._errors import JaxmotorError
+
+KINDS = ("sine", "multisine", "chirp", "prbs", "step", "ramp", "closed_loop", "rest", "other")
+Measured = Literal["count", "angle", "speed"]
+
+
+class RecordingError(JaxmotorError):
+    """A recording that cannot be used, with file, line and remedy."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Segment:
+    """One experiment. Row k holds what was measured at `time_s[k]`, then `volts[k]` is applied until row k+1.
+
+    Exactly one of `count`, `angle_rad`, `speed_rad_s` is given. All arrays have the same length n >= 1.
+    """
+
+    kind: str
+    """One of `KINDS`."""
+    start_s: float
+    """Time of the first row since the recording began [s]."""
+    at_rest: bool
+    """The motor stood still at the first row."""
+    parameters: Mapping[str, Any]
+    """The segment's other header keys, as written: `frequency_Hz`, `amplitude_V`, `reference_rad_s`, ..."""
+    time_s: np.ndarray
+    """(n,) float64, increasing, from the segment's start [s]."""
+    volts: np.ndarray
+    """(n,) float64, mean bridge voltage from this row on [V]."""
+    tick: np.ndarray | None = None
+    """(n,) int64, time in periods; a skipped number is a lost sample. None where time was logged."""
+    duty: np.ndarray | None = None
+    """(n,) int64, as logged. None where volts were logged."""
+    count: np.ndarray | None = None
+    """(n,) int64, the running encoder counter [1]."""
+    angle_rad: np.ndarray | None = None
+    """(n,) float64, output shaft [rad]."""
+    speed_rad_s: np.ndarray | None = None
+    """(n,) float64, output shaft [rad/s], the mean over `Recording.speed_window_s` before the row."""
+    supply_V: np.ndarray | None = None
+    """(n,) float64, measured supply [V]."""
+    current_A: np.ndarray | None = None
+    """(n,) float64, measured current [A]."""
+    extra: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
+    """Columns that the format does not know, as text; written back as they came."""
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Recording:
+    """Segments that one motor produced on one rig, and what is needed to read them."""
+
+    segments: tuple[Segment, ...]
+    source: str
+    """Where it came from (a file name), for messages."""
+    period_s: float | None = None
+    """Time from one tick to the next [s]; None where time was logged."""
+    counts_per_rev: float | None = None
+    """Encoder counts, all edges, per turn of the output shaft [1/rev]."""
+    duty_full_scale: float | None = None
+    """The duty that means the whole supply [1]."""
+    supply_V: float | None = None
+    """Nominal supply of the bridge [V]."""
+    drive: Literal["brake", "coast"] | None = None
+    """What the bridge does between pulses; None where not known."""
+    speed_window_s: float | None = None
+    """Each speed is the mean over this long before its row [s]; 0 is instantaneous; None where not known."""
+    count_resets: bool = False
+    """The counter starts anew in each segment."""
+    header: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    """Free text (`motor`, `rig`, `firmware`, `created`, `notes`) and unknown keys, as written."""
+
+    @property
+    def measured(self) -> Measured:
+        """Which of the three was logged."""
+        first = self.segments[0]
+        if first.count is not None:
+            return "count"
+        return "angle" if first.angle_rad is not None else "speed"
+
+    @property
+    def name(self) -> str:
+        """File name without its folder."""
+        return Path(self.source).name
+
+    def __repr__(self) -> str:
+        rows = sum(len(segment) for segment in self.segments)
+        return f"Recording({self.name!r}, {len(self.segments)} segments, {rows} rows, {self.measured})"

@@ -1,0 +1,76 @@
+"""Files as text: what a spreadsheet, an editor or a crash may have done to them."""
+
+from pathlib import Path
+
+from jaxmotor.recording._recording import RecordingError
+
+MAX_BYTES = 400_000_000
+"""Larger files are refused unread [byte]."""
+MAX_ROWS = 2_000_000
+"""Longer files are refused unparsed."""
+
+_SPLIT = "split it into several files or log at a lower rate"
+
+
+def fault(source: str, line: int, sentence: str) -> RecordingError:
+    """The error for `sentence` about `line` (counted from 1) of the file."""
+    return RecordingError(f"{source}, line {line}: {sentence}")
+
+
+def shown(cell: str) -> str:
+    """A cell as it may stand in a sentence: quoted, escaped, at most 40 characters."""
+    return repr(cell if len(cell) <= 40 else cell[:37] + "...")
+
+
+def load(path: Path, *, limit: int = MAX_BYTES) -> bytes:
+    """The bytes of a file.
+
+    **Raises:** `RecordingError` where it is missing, no plain file, empty, or larger than `limit` [byte].
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise RecordingError(f"{path}: is not a file; give the path of a recording or log")
+        size = path.stat().st_size
+        if size > limit:
+            raise RecordingError(
+                f"{path}: {size / 1e6:.0f} MB are more than the {limit / 1e6:.0f} MB that are read; {_SPLIT}"
+            )
+        data = path.read_bytes()
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise RecordingError(f"{path}: cannot be read ({reason}); check the path and its permissions") from error
+    if not data.strip():
+        raise RecordingError(f"{path}: the file is empty; record or export it again")
+    return data
+
+
+def text_of(data: bytes, source: str) -> str:
+    """UTF-8 text with line ends as `\\n`; a byte order mark is dropped.
+
+    **Raises:** `RecordingError` for binary data, other encodings, and more than `MAX_ROWS` lines of rows.
+    """
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise RecordingError(f"{source}: the file is UTF-16; save it as UTF-8 text")
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    if (zero := data.find(b"\0")) >= 0:
+        raise fault(source, _line_at(data, zero), "binary data; give a text file, this one is damaged or another kind")
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise fault(
+            source, _line_at(data, error.start), "not UTF-8 text; save it as UTF-8, or it is damaged or another kind"
+        ) from error
+    text = text.replace("\r\n", "\n")
+    if (stray := text.find("\r")) >= 0:
+        raise fault(source, text.count("\n", 0, stray) + 1, "a stray carriage return; end lines with a newline")
+    return text
+
+
+def limit_rows(rows: int, source: str) -> None:
+    """**Raises:** `RecordingError` for more than `MAX_ROWS` rows."""
+    if rows > MAX_ROWS:
+        raise RecordingError(f"{source}: {rows} rows are more than the {MAX_ROWS} that are read; {_SPLIT}")
+
+
+def _line_at(data: bytes, offset: int) -> int:
+    return data.count(b"\n", 0, offset) + 1

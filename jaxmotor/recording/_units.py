@@ -1,0 +1,127 @@
+"""Units that a foreign log may state, and what they are in SI."""
+
+import dataclasses
+import math
+import re
+
+from jaxmotor.recording._recording import RecordingError
+
+TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+ANGLES = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
+_RATES = {"s": 1.0, "min": 1 / 60}
+SHAFT_UNITS = (*ANGLES, "counts", *LENGTHS)
+SPEED_UNITS = (*(f"{unit}/s" for unit in SHAFT_UNITS), "rpm")
+
+
+@dataclasses.dataclass(frozen=True)
+class Scale:
+    """What turns a logged length or count into an angle."""
+
+    counts_per_rev: float | None = None
+    wheel_radius_m: float | None = None
+
+
+def angle_factor(unit: str, scale: Scale) -> float:
+    """Radians per `unit`.
+
+    **Raises:** `RecordingError` for an unknown unit, for counts without counts per turn, for lengths without radius.
+    """
+    if unit in ANGLES:
+        return ANGLES[unit]
+    if unit == "counts":
+        if scale.counts_per_rev is None:
+            raise RecordingError("counts need the counts per turn of the output shaft (--counts-per-rev)")
+        return 2 * math.pi / scale.counts_per_rev
+    if unit in LENGTHS:
+        if scale.wheel_radius_m is None:
+            raise RecordingError(f"{unit} is a length; it needs the wheel's radius [m] (--wheel-radius)")
+        return LENGTHS[unit] / scale.wheel_radius_m
+    raise RecordingError(f"the angle unit {unit!r} is not known; it is one of {', '.join(SHAFT_UNITS)}")
+
+
+def speed_factor(unit: str, scale: Scale) -> float:
+    """Radians per second per `unit`.
+
+    **Raises:** `RecordingError`, as `angle_factor`.
+    """
+    unit = "rev/min" if unit == "rpm" else unit
+    shaft, _, rate = unit.rpartition("/")
+    if rate not in _RATES or shaft not in SHAFT_UNITS:
+        raise RecordingError(f"the speed unit {unit!r} is not known; it is one of {', '.join(SPEED_UNITS)}")
+    return angle_factor(shaft, scale) * _RATES[rate]
+
+
+def split_time(text: str, columns: list[str]) -> tuple[str, float]:
+    """Column and seconds per unit of `COL` or `COL:s|ms|us`; without unit it is seconds.
+
+    Of several readings, the one that names an existing column is meant.
+
+    **Raises:** `RecordingError`.
+    """
+    name, colon, unit = text.rpartition(":")
+    if colon and unit in TIMES and name in columns:
+        return name, TIMES[unit]
+    if colon and unit not in TIMES and name in columns:
+        raise RecordingError(f"the time unit {unit!r} is not known; it is one of {', '.join(TIMES)}")
+    name = name if colon and unit in TIMES and text not in columns else text
+    try:
+        return _existing(name, columns), TIMES["s"]
+    except RecordingError as error:
+        raise RecordingError(f"{error}; a recording needs the time of each row (--time)") from error
+
+
+def split_unit(text: str, columns: list[str], what: str) -> tuple[str, str]:
+    """Column and unit of `COL:UNIT`; the column's name may itself hold colons.
+
+    **Raises:** `RecordingError` where the unit is not stated or the column is not there.
+    """
+    name, colon, unit = text.rpartition(":")
+    if not colon or text in columns:
+        raise RecordingError(f"{what} {text!r} states no unit; give COLUMN:UNIT, nothing is guessed")
+    return _existing(name, columns), unit
+
+
+@dataclasses.dataclass(frozen=True)
+class Input:
+    """How a column becomes volts: `value / full_scale` of the supply, or `value * volts_per_unit`."""
+
+    column: str
+    volts_per_unit: float = 1.0
+    full_scale: float | None = None
+    """The value that means the whole supply; None where the column is a voltage."""
+
+
+_DUTY = re.compile(r"(.*):duty:([^:]*)", re.DOTALL)
+
+
+def split_input(text: str, columns: list[str]) -> Input:
+    """What `COL:V`, `COL:mV`, `COL:duty:FULL` or `COL:percent` says.
+
+    **Raises:** `RecordingError`.
+    """
+    duty = _DUTY.fullmatch(text)
+    if duty:
+        return Input(_existing(duty[1], columns), full_scale=_full_scale(duty[2]))
+    name, unit = split_unit(text, columns, "the input")
+    if unit == "percent":
+        return Input(name, full_scale=100.0)
+    if unit in ("V", "mV"):
+        return Input(name, volts_per_unit={"V": 1.0, "mV": 1e-3}[unit])
+    raise RecordingError(f"the input unit {unit!r} is not known; it is one of V, mV, duty:FULL, percent")
+
+
+def _full_scale(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise RecordingError(f"the full scale {text!r} of the duty is no positive number; give COLUMN:duty:FULL")
+    return value
+
+
+def _existing(name: str, columns: list[str]) -> str:
+    if name not in columns:
+        raise RecordingError(f"there is no column {name!r}; the columns are {', '.join(map(repr, columns))}")
+    return name

@@ -1,0 +1,137 @@
+"""Writes format 1, so that reading it gives the same recording bit for bit."""
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+
+from jaxmotor._files import write_text
+from jaxmotor.recording._columns import FLOATS, INTEGERS
+from jaxmotor.recording._header import FORMAT, OWN_KEYS, OWN_SEGMENT_KEYS
+from jaxmotor.recording._read import parse
+from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._toml import toml_lines
+
+_UNSAFE = re.compile("[,\r\n\0]")
+
+
+def write(recording: Recording, path: str | os.PathLike[str]) -> None:
+    """Write `recording` to `path`, whole or not at all; an existing file is replaced.
+
+    Where ticks or duty are given, they are what is written: seconds and volts follow from them when read.
+
+    **Raises:** `RecordingError` for a recording that could not be read back, `JaxmotorError` where the folder
+    cannot be written.
+    """
+    path = Path(path)
+    text = to_text(recording)
+    _check_same(recording, parse(text.encode("utf-8"), str(path)), str(path))
+    write_text(path, text)
+
+
+def to_text(recording: Recording) -> str:
+    """The recording as format 1. Its values are not checked; `write` does that.
+
+    **Raises:** `RecordingError` for what the format has no place for.
+    """
+    if not recording.segments:
+        raise RecordingError(f"{recording.source}: the recording has no segments; nothing can be written")
+    tables = [_columns(index, segment) for index, segment in enumerate(recording.segments)]
+    names = list(tables[0])
+    for index, table in enumerate(tables):
+        if list(table) != names:
+            raise RecordingError(
+                f"{recording.source}: segment {index} has the columns {', '.join(table)} where segment 0 has "
+                f"{', '.join(names)}; log the same ones throughout"
+            )
+    lines = [f"# jaxmotor recording {FORMAT}", *_header(recording), _names(recording, names)]
+    for table in tables:
+        lines += map(",".join, zip(*table.values(), strict=True))
+    return "\n".join(lines) + "\n"
+
+
+def _header(recording: Recording) -> list[str]:
+    clash = {"segment", *OWN_KEYS} & set(recording.header)
+    if clash:
+        raise RecordingError(f"{recording.source}: header key {min(clash)!r} is the format's own; rename it")
+    own = {key: getattr(recording, key) for key in OWN_KEYS}
+    own = {key: value for key, value in own.items() if value is not None and value is not False}
+    lines = toml_lines({**own, **recording.header})
+    for index, segment in enumerate(recording.segments):
+        lines += ["[[segment]]", *_segment_header(recording, index, segment)]
+    return [f"# {line}" for line in lines]
+
+
+def _segment_header(recording: Recording, index: int, segment: Segment) -> list[str]:
+    clash = set(OWN_SEGMENT_KEYS) & set(segment.parameters)
+    if clash:
+        raise RecordingError(f"{recording.source}: segment {index} has {min(clash)!r} as a parameter; rename it")
+    rest = {} if segment.at_rest else {"at_rest": False}
+    return toml_lines({"kind": segment.kind, "start_s": segment.start_s, **rest, **segment.parameters})
+
+
+def _names(recording: Recording, names: list[str]) -> str:
+    for name in names:
+        if _UNSAFE.search(name) or name != name.strip() or not name or name.startswith("#"):
+            raise RecordingError(f"{recording.source}: a column cannot be called {name!r}; rename it")
+    return ",".join(names)
+
+
+def _columns(index: int, segment: Segment) -> dict[str, list[str]]:
+    """Cells by column."""
+    clash = set(segment.extra) & (set(INTEGERS) | set(FLOATS))
+    if clash:
+        raise RecordingError(f"segment {index}: the extra column {min(clash)!r} is the format's own; rename it")
+    table = {"segment": [str(index)] * len(segment)}
+    table |= _either(segment, "tick", "time_s") | _either(segment, "duty", "volts")
+    for name in ("count", "angle_rad", "speed_rad_s"):
+        table |= _cells(name, getattr(segment, name))
+    table |= _cells("supply_mV", None if segment.supply_V is None else _milli(segment.supply_V))
+    table |= _cells("current_A", segment.current_A)
+    table |= {name: _text_cells(name, column) for name, column in segment.extra.items()}
+    if len({len(cells) for cells in table.values()}) > 1:
+        lengths = ", ".join(f"{name} {len(cells)}" for name, cells in table.items())
+        raise RecordingError(f"segment {index}: the columns differ in length ({lengths}); give one value per row")
+    return table
+
+
+def _either(segment: Segment, logged: str, otherwise: str) -> dict[str, list[str]]:
+    column = getattr(segment, logged)
+    return _cells(otherwise, getattr(segment, otherwise)) if column is None else _cells(logged, column)
+
+
+def _cells(name: str, column: np.ndarray | None) -> dict[str, list[str]]:
+    if column is None:
+        return {}
+    if name in INTEGERS and not np.issubdtype(column.dtype, np.integer):
+        raise RecordingError(f"column {name!r} holds {column.dtype}; give whole numbers")
+    return {name: list(map(str if name in INTEGERS else repr, column.tolist()))}
+
+
+def _text_cells(name: str, column: np.ndarray) -> list[str]:
+    cells = list(map(str, column.tolist()))
+    for cell in cells:
+        if _UNSAFE.search(cell):
+            raise RecordingError(f"column {name!r} holds {cell[:40]!r}; a cell has no comma and no line end")
+    return cells
+
+
+def _milli(values: np.ndarray) -> np.ndarray:
+    """Thousandfold in as few digits as give `values` again when divided by 1000.
+
+    Where no number does (2 % of those that never were millivolts), it is the nearest.
+    """
+    milli = np.asarray(values * 1000.0)
+    candidates = [*(np.round(milli, digits) for digits in range(12)), milli]
+    candidates += [np.nextafter(milli, -np.inf), np.nextafter(milli, np.inf)]
+    return np.select([candidate / 1000 == values for candidate in candidates], candidates, milli)
+
+
+def _check_same(given: Recording, again: Recording, source: str) -> None:
+    """Seconds and volts beside ticks and duty are not written; they must follow from them."""
+    for index, (segment, copy) in enumerate(zip(given.segments, again.segments, strict=True)):
+        for name in ("time_s", "volts"):
+            if not np.allclose(getattr(segment, name), getattr(copy, name), rtol=1e-9, atol=1e-12):
+                logged = "tick and period_s" if name == "time_s" else "duty, duty_full_scale and supply_V"
+                raise RecordingError(f"{source}: {name} of segment {index} does not follow from {logged}; correct one")

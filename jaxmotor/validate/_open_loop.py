@@ -1,0 +1,64 @@
+"""Open loop: the model simulated freely under the voltage that was logged."""
+
+import jax.numpy as jnp
+import numpy as np
+
+from jaxmotor.estimate import Model, fit_percent
+from jaxmotor.estimate._identify import _traces as traces_of
+from jaxmotor.estimate._identify import as_problem
+from jaxmotor.estimate._lanes import Packed, _pieces, pack
+from jaxmotor.estimate._trajectory import evaluate
+from jaxmotor.recording import Recording
+from jaxmotor.validate._draws import psi_of
+from jaxmotor.validate._validation import OpenLoop, Score
+
+
+def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...]) -> OpenLoop:
+    """Scores of `segments`, pooled and one by one.
+
+    Nothing of the motor is fitted. A piece that begins in motion, or after lost ticks, begins at the speed that fits
+    it best: one number for each. The model's voltage offset counts as part of the rig.
+    """
+    packed = pack(recording, segments)
+    solution = evaluate(as_problem(packed), jnp.asarray(psi_of(model)))
+    residual = np.asarray(solution.residual)
+    scored = np.unique(packed.segment_of[packed.lanes.valid])
+    free = packed.segment_of[packed.lanes.free > 0]
+    traces = traces_of(packed, residual)
+    return OpenLoop(
+        pooled=_score(recording, packed, residual, None, traces),
+        segments={
+            int(index): _score(recording, packed, residual, int(index), (trace,))
+            for index, trace in zip(scored, traces, strict=True)
+        },
+        initial_speed_estimated=tuple(int(index) for index in np.unique(free)),
+        floor_known=packed.observation.floor_known,
+        traces=traces,
+    )
+
+
+def initial_speed(model: Model, recording: Recording, segment: int) -> float:
+    """Speed [rad/s] at the first row of `segment` that fits its first piece best under the logged voltage."""
+    packed = pack(recording, (segment,))
+    solution = evaluate(as_problem(packed), jnp.asarray(psi_of(model)))
+    return float(solution.initial_speed[0])
+
+
+def has_pieces(recording: Recording, segment: int) -> bool:
+    """Two rows of `segment` follow each other without a lost tick, and say something of the speed."""
+    return bool(_pieces(recording, segment)) and bool(pack(recording, (segment,)).lanes.valid.any())
+
+
+def _score(
+    recording: Recording, packed: Packed, residual: np.ndarray, segment: int | None, traces: tuple
+) -> Score:
+    cells = packed.lanes.valid if segment is None else packed.lanes.valid & (packed.segment_of == segment)
+    square = float((residual[cells] ** 2).mean())
+    off = np.concatenate([trace.measured_rad_s - trace.simulated_rad_s for trace in traces])
+    return Score(
+        samples=int(cells.sum()),
+        fit_percent=fit_percent(traces),
+        rmse_rad_s=float(np.sqrt((off**2).mean())),
+        rmse_counts=float(np.sqrt(square)) if recording.measured == "count" else float("nan"),
+        chi2_per_sample=square / packed.observation.floor,
+    )

@@ -1,0 +1,176 @@
+"""What a validation gives: scores, bands, and which segments they are of."""
+
+import dataclasses
+from typing import NamedTuple
+
+import numpy as np
+
+from jaxmotor.estimate import Model, Trace
+
+
+class Interval(NamedTuple):
+    """A value and its 95 % interval; NaN where there is none."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Comparison:
+    """One quantity, measured on the motor and predicted by the model."""
+
+    measured: Interval
+    """With the interval that the trials themselves give; NaN limits where there is one trial only."""
+    predicted: Interval
+    """Mean over the simulations, and where 95 of 100 of them lie."""
+
+    @property
+    def inside(self) -> bool | None:
+        """The measured value lies in the predicted interval; None where either is not known."""
+        known = np.isfinite([self.measured.value, self.predicted.low, self.predicted.high]).all()
+        return bool(self.predicted.low <= self.measured.value <= self.predicted.high) if known else None
+
+
+@dataclasses.dataclass(frozen=True)
+class Score:
+    """How well a free simulation follows the measured speed."""
+
+    samples: int
+    fit_percent: float
+    """100 (1 - |y - ŷ|/|y - mean y|); NaN where the speed never changed."""
+    rmse_rad_s: float
+    rmse_counts: float
+    """Of the counts turned in a tick; NaN where no counts were logged."""
+    chi2_per_sample: float
+    """Mean squared residual over that of the encoder alone; 1 is the floor."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class OpenLoop:
+    """Free simulation under the voltage that was logged."""
+
+    pooled: Score
+    segments: dict[int, Score]
+    """By index in the recording."""
+    initial_speed_estimated: tuple[int, ...]
+    """Segments whose initial speed was fitted, because they began in motion or lost ticks."""
+    floor_known: bool
+    """The floor of chi2 follows from the encoder; otherwise it was estimated from the data."""
+    traces: tuple[Trace, ...]
+    """What was measured and simulated, for figures."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Band:
+    """A curve and its 95 % band, one value per row of the figure."""
+
+    mean: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class StepTrials:
+    """Trials of one step, their mean against the model (the paper's Fig. 10)."""
+
+    segments: tuple[int, ...]
+    amplitude_V: float
+    """The voltage of the step's plateau [V]."""
+    time_s: np.ndarray
+    """(n,) since the segment's first tick [s]; of a mean speed over a tick, the tick's begin."""
+    measured: Band
+    """Mean over the trials [rad/s], and Student's t times its standard error, at least the encoder's own."""
+    predicted: Band
+    """The model's speed without an encoder [rad/s], and where the mean over as many trials lies, encoder included."""
+    inside_percent: float
+    """Share of rows where the model's speed lies in the measured band [%]."""
+    rise_time_s: Comparison
+    """From 10 to 90 % of the change of speed."""
+    final_speed_rad_s: Comparison
+    """Mean over the last quarter of the plateau."""
+
+    @property
+    def trials(self) -> int:
+        """Number of segments that were averaged."""
+        return len(self.segments)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ClosedLoop:
+    """A speed controller simulated with the model, against the motor's own run (the paper's Fig. 11 and 12)."""
+
+    segment: int
+    kind: str
+    """`P` or `PI`."""
+    reference_rad_s: float
+    gain_V_s_rad: float
+    integral_gain_V_rad: float
+    duty_step_V: float
+    """What one duty is at the winding [V]; NaN where volts were logged, which are not quantised."""
+    limit_V: float
+    """Where the command saturates [V]; NaN where that is not known."""
+    time_s: np.ndarray
+    """(n,) of the ticks [s]."""
+    measured_speed_rad_s: np.ndarray
+    """(n,) as the controller saw it at each tick: the mean over the tick before. NaN where the tick was lost."""
+    measured_volts_V: np.ndarray
+    """(n,) applied from each tick on. NaN where the tick was lost."""
+    speed: Band
+    """Predicted [rad/s], encoder included."""
+    volts: Band
+    """Predicted [V], duty quantisation included."""
+    speed_inside_percent: float
+    """Share of ticks at which the measured speed lies in the predicted band [%]."""
+    volts_inside_percent: float
+    controller_off_percent: float
+    """Share of ticks whose voltage is more than one duty off what the header's controller makes of the counts [%]."""
+    rise_time_s: Comparison
+    overshoot_percent: Comparison
+    """Of the change of speed, above the steady state."""
+    steady_speed_rad_s: Comparison
+    """Mean over the last quarter."""
+    steady_error_rad_s: Comparison
+    """Reference minus steady speed."""
+    theory_error_rad_s: Interval
+    """R/(1 + k G(0)), eq. 21, for P; 0 for PI; with the uncertainty of the model's gain."""
+    theory_error_with_offset_rad_s: float
+    """The same with the model's voltage offset u0: (R - G(0) u0)/(1 + k G(0))."""
+    saturated_percent: Comparison
+    """Share of ticks at the limit."""
+    notes: tuple[str, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class Skipped:
+    """A segment that could not be scored."""
+
+    segment: int
+    kind: str
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Validation:
+    """A model held against segments that it was not fitted to."""
+
+    model: Model
+    recording: str
+    """Name of the recording."""
+    fitted: tuple[int, ...]
+    """Segments that the model was fitted to. Not scored."""
+    scored: tuple[int, ...]
+    skipped: tuple[Skipped, ...]
+    open_loop: OpenLoop | None
+    steps: tuple[StepTrials, ...]
+    closed_loop: tuple[ClosedLoop, ...]
+    seed: int
+    simulations: int
+    """Draws of parameters and encoder offsets behind each band."""
+    notes: tuple[str, ...]
+    """Sentences that a user should read."""
+
+    def __repr__(self) -> str:
+        fit = "" if self.open_loop is None else f", fit {self.open_loop.pooled.fit_percent:.1f} %"
+        parts = f"{len(self.steps)} steps, {len(self.closed_loop)} closed loops"
+        return f"Validation({self.recording!r}, {len(self.scored)} segments scored{fit}, {parts})"

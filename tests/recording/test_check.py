@@ -1,0 +1,256 @@
+"""The impossible is refused, the doubtful is named, and sound recordings raise no alarm."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from recordings import TEXT, counted
+
+from jaxmotor.recording import Recording, RecordingError, Segment, check, lost_ticks
+from jaxmotor.recording._check import (
+    check_input,
+    check_output,
+    check_sines,
+    warn_lost_ticks,
+    warn_overlap,
+    warn_repetition,
+    warn_saturation,
+    warn_sign,
+    warn_unknowns,
+)
+from jaxmotor.recording._jumps import check_jumps
+from jaxmotor.recording._read import parse
+
+TICKS = np.arange(2000)
+
+
+def motor(volts, *, gain=3.0, pole=0.2, friction=0.0):
+    """Counts per tick of a motor with Coulomb friction [V], `gain` in counts per tick and volt, `pole` per tick."""
+    speed, speeds = 0.0, []
+    decay = np.exp(-pole)
+    for volt in volts:
+        free = decay * speed + gain * (1 - decay) * volt
+        speed = np.sign(free) * max(abs(free) - gain * (1 - decay) * friction, 0.0)
+        speeds.append(speed)
+    return np.array(speeds)
+
+
+def moved(volts, **parameters):
+    return counted(volts, motor(volts, **parameters))
+
+
+def with_count(recording, count):
+    return dataclasses.replace(recording, segments=(dataclasses.replace(recording.segments[0], count=count),))
+
+
+def prbs(bit, seed=0):
+    return 6.0 * np.repeat(np.random.default_rng(seed).choice([-1.0, 1.0], len(TICKS) // bit + 1), bit)[: len(TICKS)]
+
+
+SOUND = {
+    "step": np.where(TICKS < 500, 0.0, 6.0),
+    "late short step": np.where((TICKS > 1950) & (TICKS < 1960), 12.0, 0.0),
+    "steps": 6.0 * np.sign(np.sin(TICKS * 0.01)),
+    "sine": 6.0 * np.sin(TICKS * 0.0331),
+    "fast sine": 6.0 * np.sin(TICKS * 1.3),
+    "PRBS": prbs(5),
+    "PRBS of one tick": prbs(1),
+    "single pulse": np.where(TICKS == 700, 12.0, 0.0),
+    "ramp": TICKS * 0.002,
+    "chirp": 6.0 * np.sin(TICKS**2 * 4e-4),
+}
+
+
+@pytest.mark.parametrize("pole", [0.02, 0.2, 1.0, 3.0])
+@pytest.mark.parametrize("gain", [0.05, 3.0, 200.0])
+@pytest.mark.parametrize("volts", SOUND.values(), ids=SOUND)
+def test_sound_recordings_pass(volts, gain, pole):
+    for friction in (0.0, 1.0):
+        check_jumps(moved(volts, gain=gain, pole=pole, friction=friction))
+
+
+def test_sound_recording_has_no_warnings():
+    assert check(moved(SOUND["steps"])) == ()
+
+
+@settings(max_examples=60)
+@given(
+    st.integers(2, 1996), st.sampled_from([2**16, 2**24, 2**32, 100_000]), st.booleans(), st.sampled_from(sorted(SOUND))
+)
+def test_any_large_jump_is_found(row, size, back, name):
+    recording = moved(SOUND[name])
+    count = recording.segments[0].count.copy()
+    count[row:] += -size if back else size
+    with pytest.raises(RecordingError, match=f"segment 0 at tick {row}, more than the supply could cause"):
+        check_jumps(with_count(recording, count))
+
+
+@settings(max_examples=40)
+@given(st.integers(3, 1995), st.sampled_from([500, -500, 2**15]))
+def test_glitch_of_one_row_is_found(row, size):
+    recording = moved(SOUND["sine"])
+    count = recording.segments[0].count.copy()
+    count[row] += size
+    with pytest.raises(RecordingError, match=f"at tick {row}"):
+        check_jumps(with_count(recording, count))
+
+
+def test_jumps_are_told_apart():
+    recording = moved(SOUND["step"], gain=10.0)
+    count = recording.segments[0].count
+    wrapped = count.astype(np.int16).astype(np.int64)
+    assert (wrapped != count).any()
+    with pytest.raises(RecordingError, match="16-bit counter wrapped"):
+        check_jumps(with_count(recording, wrapped))
+    often = moved(np.full(2000, 12.0), gain=100.0)
+    with pytest.raises(RecordingError, match="16-bit counter wrapped"):
+        check_jumps(with_count(often, often.segments[0].count.astype(np.int16).astype(np.int64)))
+    reset = np.where(TICKS < 900, count, count - count[900])
+    with pytest.raises(RecordingError, match="set back"):
+        check_jumps(with_count(recording, reset))
+    with pytest.raises(RecordingError, match="wiring"):
+        check_jumps(with_count(recording, np.where(TICKS < 900, count, count + 5000)))
+
+
+def test_lost_ticks_are_no_jump():
+    whole = moved(SOUND["step"], gain=50.0)
+    kept = np.r_[0:1000, 1900:2000]
+    segment = whole.segments[0]
+    gap = dataclasses.replace(
+        segment, **{name: getattr(segment, name)[kept] for name in ("tick", "time_s", "volts", "count")}
+    )
+    recording = dataclasses.replace(whole, segments=(gap,))
+    check_jumps(recording)
+    assert lost_ticks(gap) == 900
+    assert "segment 0: lost 900 of 2000 ticks" in warn_lost_ticks(recording)[0]
+    assert warn_lost_ticks(whole) == []
+
+
+def angled(angle_rad, volts):
+    time_s = np.arange(len(volts)) * 0.01
+    segment = Segment("other", 0.0, False, {}, time_s, volts, angle_rad=angle_rad)
+    return Recording((segment,), "made.csv", supply_V=12.0)
+
+
+def spun(speed_rad_s, volts, **fields):
+    time_s = np.arange(len(volts)) * 0.01
+    segment = Segment("other", 0.0, False, {}, time_s, volts, speed_rad_s=speed_rad_s)
+    return Recording((segment,), "made.csv", **fields)
+
+
+def test_angle_within_one_turn():
+    volts = SOUND["step"]
+    angle = np.cumsum(motor(volts, gain=0.005))
+    check_jumps(angled(angle, volts))
+    with pytest.raises(RecordingError, match=r"one turn in segment 0 at time_s .*unwrap"):
+        check_jumps(angled(angle % (2 * np.pi), volts))
+
+
+def test_input_must_change():
+    for volts, at_rest in ((np.zeros(2000), True), (np.full(2000, 3.0), False)):
+        with pytest.raises(RecordingError, match="the input never changes"):
+            check_input(counted(volts, SOUND["sine"], at_rest=at_rest))
+    check_input(counted(np.full(2000, 3.0), SOUND["step"], at_rest=True))
+
+
+def test_motor_must_move():
+    flicker = (TICKS % 7 == 0).astype(np.int64)
+    for count in (np.zeros(2000, dtype=np.int64), flicker):
+        with pytest.raises(RecordingError, match="the motor never moved"):
+            check_output(with_count(moved(SOUND["step"]), count))
+    check_output(with_count(moved(SOUND["step"]), flicker * 2))
+    with pytest.raises(RecordingError, match="the motor never moved"):
+        check_output(angled(np.full(2000, 0.3), SOUND["step"]))
+    with pytest.raises(RecordingError, match="the motor never moved"):
+        check_output(spun(np.zeros(2000), SOUND["step"]))
+    with pytest.raises(RecordingError, match="the speed never changes"):
+        check_output(spun(np.full(2000, 4.0), SOUND["step"]))
+
+
+def sine(**parameters):
+    return moved(SOUND["sine"]), {"kind": "sine", "parameters": parameters}
+
+
+@pytest.mark.parametrize(
+    "parameters, reason",
+    [
+        ({}, "segment 0 is a sine without frequency"),
+        ({"frequency_Hz": [1.0]}, "without frequency"),
+        ({"frequency_Hz": 100.0}, "not below the Nyquist frequency of 100 Hz"),
+    ],
+)
+def test_impossible_sines(parameters, reason):
+    with pytest.raises(RecordingError, match=reason):
+        check_sines(counted(SOUND["sine"], SOUND["sine"], kind="sine", parameters=parameters))
+    check_sines(counted(SOUND["sine"], SOUND["sine"], kind="sine", parameters={"frequency_Hz": 99.9}))
+
+
+def test_nyquist_of_logged_time():
+    recording = spun(SOUND["sine"], SOUND["sine"])
+    fast = dataclasses.replace(recording.segments[0], kind="sine", parameters={"frequency_Hz": 51.0})
+    with pytest.raises(RecordingError, match="50 Hz"):
+        check_sines(dataclasses.replace(recording, segments=(fast,)))
+
+
+@pytest.mark.parametrize(
+    "frequency, repeats", [(5.0, True), (1, True), (5.005, False), (5.05, False), (0.1, False), (12.5, True)]
+)
+def test_whole_hertz_sines_repeat_the_encoder(frequency, repeats):
+    volts = 6.0 * np.sin(2 * np.pi * frequency * TICKS[:1000] * 0.005)
+    warnings = warn_repetition(counted(volts, motor(volts), kind="sine", parameters={"frequency_Hz": frequency}))
+    assert bool(warnings) == repeats
+    if repeats:
+        assert "segment 0: " in warnings[0] and f"Hz for {frequency:g} Hz" in warnings[0]
+
+
+@given(st.integers(1, 40), st.floats(0.001, 0.01), st.integers(100, 4000))
+def test_detuned_sines_do_not_repeat(hertz, detuning, rows):
+    volts = np.zeros(rows)
+    for frequency in (hertz * (1 + detuning), hertz * (1 - detuning)):
+        recording = counted(volts, volts, kind="sine", parameters={"frequency_Hz": frequency})
+        if round(detuning, 4) != detuning:
+            assert warn_repetition(recording) == []
+
+
+def test_saturation():
+    text = TEXT.replace("0,1,27,0", "0,1,-255,0")
+    assert "segment 0 in 33% of its rows" in warn_saturation(parse(text.encode(), "m1.csv"))[0]
+    assert warn_saturation(parse(TEXT.encode(), "m1.csv")) == []
+    clipped = counted(np.clip(24 * np.sin(TICKS * 0.1), -12, 12), TICKS * 1.0, kind="sine")
+    assert "segment 0" in warn_saturation(clipped)[0]
+
+
+def test_overlapping_segments():
+    assert warn_overlap(parse(TEXT.encode(), "m1.csv")) == []
+    early = parse(TEXT.replace("start_s = 4.0", "start_s = 0.001").encode(), "m1.csv")
+    assert "segment 1: begins before" in warn_overlap(early)[0]
+
+
+def test_sign():
+    recording = moved(SOUND["steps"])
+    assert warn_sign(recording) == []
+    assert "against the voltage" in warn_sign(with_count(recording, -recording.segments[0].count))[0]
+
+
+def test_unknowns():
+    named = " ".join(warn_unknowns(spun(SOUND["sine"], SOUND["sine"])))
+    assert "speed_window_s" in named and "supply_V" in named
+    assert warn_unknowns(spun(SOUND["sine"], SOUND["sine"], speed_window_s=0.0, supply_V=12.0)) == []
+
+
+def test_check_gathers_all():
+    text = TEXT.replace("start_s = 4.0", "start_s = 0.001")
+    warnings = check(parse(text.encode(), "m1.csv"))
+    assert any("lost 1 of 3 ticks" in sentence for sentence in warnings)
+    assert any("begins before" in sentence for sentence in warnings)
+    assert not any("m1.csv" in sentence for sentence in warnings)
+
+
+def test_one_sentence_names_all_its_segments():
+    volts = 6.0 * np.sin(2 * np.pi * 5 * TICKS[:1000] * 0.005)
+    one = counted(volts, motor(volts), kind="sine", parameters={"frequency_Hz": 5.0})
+    odd = dataclasses.replace(one.segments[0], parameters={"frequency_Hz": 5.003})
+    many = dataclasses.replace(one, segments=(*one.segments * 3, odd, *one.segments))
+    assert [sentence.split(":")[0] for sentence in warn_repetition(many)] == ["segments 0-2, 4"]

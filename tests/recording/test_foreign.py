@@ -1,0 +1,328 @@
+"""Logs from elsewhere enter with stated units; what is not stated is asked for."""
+
+import numpy as np
+import pytest
+import typer
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from recordings import measured_data, same
+from typer.testing import CliRunner
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._import import import_command
+from jaxmotor.recording import Recording, RecordingError, import_log, lost_ticks, read, write
+from jaxmotor.recording._timing import timing
+
+LOG = """\
+# some rig, some day
+t_s,u_V,speed
+0.00,0,0
+0.02,0,0
+0.04,3,0
+0.06,3,90
+0.08,-3,180
+"""
+
+
+@pytest.fixture
+def imported(tmp_path):
+    def of(text, **flags):
+        path = tmp_path / "log.csv"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return import_log(path, **flags)
+
+    return of
+
+
+@pytest.fixture
+def refused(imported):
+    def of(text, **flags):
+        with pytest.raises(RecordingError) as caught:
+            imported(text, **flags)
+        assert "\n" not in str(caught.value)
+        return str(caught.value)
+
+    return of
+
+
+def test_plain_log(imported):
+    recording = imported(LOG, speed="speed:deg/s", speed_window_s=0.02)
+    segment = recording.segments[0]
+    assert recording.period_s == 0.02 and recording.speed_window_s == 0.02 and recording.drive is None
+    assert segment.kind == "other" and segment.at_rest and segment.parameters == {}
+    np.testing.assert_array_equal(segment.tick, range(5))
+    np.testing.assert_array_equal(segment.volts, [0, 0, 3, 3, -3])
+    np.testing.assert_allclose(segment.speed_rad_s, [0, 0, 0, np.pi / 2, np.pi], rtol=1e-15)
+    assert recording.header["imported"]["speed"] == "speed:deg/s"
+
+
+@pytest.mark.parametrize(
+    "unit, factor",
+    [
+        ("rad/s", 1),
+        ("deg/s", np.pi / 180),
+        ("rev/s", 2 * np.pi),
+        ("rpm", 2 * np.pi / 60),
+        ("rev/min", 2 * np.pi / 60),
+        ("counts/s", 2 * np.pi / 500),
+        ("m/s", 1 / 0.05),
+        ("cm/s", 0.01 / 0.05),
+        ("mm/s", 0.001 / 0.05),
+        ("in/s", 0.0254 / 0.05),
+        ("ft/s", 0.3048 / 0.05),
+    ],
+)
+def test_speed_units(imported, unit, factor):
+    recording = imported(LOG, speed=f"speed:{unit}", counts_per_rev=500, wheel_radius_m=0.05)
+    np.testing.assert_allclose(recording.segments[0].speed_rad_s, np.array([0, 0, 0, 90, 180]) * factor, rtol=1e-14)
+    if "/" in unit:
+        angle = imported(LOG, angle=f"speed:{unit.split('/')[0]}", counts_per_rev=500, wheel_radius_m=0.05)
+        rate = 60 if unit.endswith("min") else 1
+        np.testing.assert_allclose(angle.segments[0].angle_rad[-1], 180 * factor * rate, rtol=1e-14)
+
+
+@pytest.mark.parametrize("unit, factor", [("V", 1), ("mV", 1e-3), ("percent", 0.12), ("duty:4", 3.0)])
+def test_input_units(imported, unit, factor):
+    recording = imported(LOG, input=f"u_V:{unit}", supply_V=12, count="speed", counts_per_rev=500)
+    np.testing.assert_allclose(recording.segments[0].volts, np.array([0, 0, 3, 3, -3]) * factor, rtol=1e-14)
+    assert (recording.duty_full_scale == 4) == (unit == "duty:4")
+    assert (recording.segments[0].duty is None) == (unit in ("V", "mV"))
+
+
+def test_fractional_duty_becomes_volts(imported):
+    recording = imported(LOG.replace("3,", "0.3,"), input="u_V:duty:1", supply_V=10, speed="speed:rpm")
+    assert recording.segments[0].duty is None and recording.duty_full_scale is None
+    np.testing.assert_allclose(recording.segments[0].volts[2], 3.0)
+
+
+@pytest.mark.parametrize("unit, seconds", [("", 1.0), (":s", 1.0), (":ms", 1e-3), (":us", 1e-6)])
+def test_time_units(imported, unit, seconds):
+    recording = imported(LOG, time=f"t_s{unit}", speed="speed:rpm")
+    np.testing.assert_allclose(recording.period_s, 0.02 * seconds, rtol=1e-12)
+
+
+def test_names_may_hold_colons_and_spaces(imported):
+    text = LOG.replace("t_s,u_V,speed", "t: s, bus: u [V],a:b:c")
+    recording = imported(text, time="t: s", input="bus: u [V]:V", speed="a:b:c:rpm")
+    assert recording.segments[0].speed_rad_s[-1] == pytest.approx(180 * 2 * np.pi / 60)
+
+
+DIALECTS = {
+    "semicolons": LOG.replace(",", ";"),
+    "tabs": LOG.replace(",", "\t"),
+    "byte order mark": "\ufeff" + LOG,
+    "CRLF": LOG.replace("\n", "\r\n"),
+    "no last newline": LOG.rstrip(),
+    "blank lines": "#\n\n" + LOG + "\n\n",
+    "quotes": LOG.replace("u_V", '"u_V"').replace("\n0.04,3", '\n0.04,"3"'),
+}
+
+
+@pytest.mark.parametrize("text", DIALECTS.values(), ids=DIALECTS)
+def test_dialects(imported, text):
+    assert imported(text, speed="speed:rpm").segments[0].volts.tolist() == [0, 0, 3, 3, -3]
+
+
+def test_name_with_another_delimiter(imported):
+    text = LOG.replace(",", ";").replace("u_V", "u, mean")
+    assert imported(text, input="u, mean:V", speed="speed:rpm").segments[0].volts.tolist() == [0, 0, 3, 3, -3]
+
+
+BAD_LOGS = {
+    "decimal commas": (LOG.replace(",", ";").replace(".", ","), "line 3:", "decimal comma"),
+    "decimal commas between commas": (LOG.replace(".", ","), "line 3:", "decimal"),
+    "no delimiter": ("t_s u_V speed\n0 0 0\n1 1 1\n", "line 1:", "comma or semicolon or tab"),
+    "two delimiters": ("t_s,u_V;speed\n0,0;0\n", "line 1:", "not clear"),
+    "no names": ("0,0,0\n1,1,1\n", "line 1:", "names"),
+    "names only": ("# x\nt_s,u_V,speed\n", "", "rows are needed"),
+    "comments only": ("# x\n", "", "rows are needed"),
+    "name twice": (LOG.replace("u_V", "speed"), "line 2:", "twice"),
+    "comment between": (LOG.replace("0.04", "# pause\n0.04"), "line 5:", "comment"),
+    "few fields": (LOG.replace("0.04,3,0", "0.04,3"), "line 5:", "2 fields"),
+    "empty cell": (LOG.replace("0.04,3,0", "0.04,,0"), "line 5:", "empty"),
+    "NaN": (LOG.replace("0.04,3,0", "0.04,nan,0"), "line 5:", "'nan'"),
+    "text": (LOG.replace("0.04,3,0", "0.04,off,0"), "line 5:", "'off'"),
+    "underscore": (LOG.replace("0.04,3,0", "0.04,1_0,0"), "line 5:", "'1_0'"),
+    "huge": (LOG.replace("0.04,3,0", "0.04,1e300,0"), "line 5:", "more than"),
+    "time back": (LOG.replace("0.04", "0.01"), "line 5:", "runs backwards"),
+    "time twice": (LOG.replace("0.04", "0.02"), "line 5:", "stands still"),
+    "quotes": (LOG.replace("0.04", '"0.04'), "line 5:", "quotes"),
+    "binary": (LOG.encode() + b"\0\1", "line 8:", "binary"),
+    "empty": ("", "", "empty"),
+    "static": ("u,y\n1,2\n2,3\n", "", "no column 't_s'; the columns are 'u', 'y'; a recording needs the time"),
+}
+
+
+@pytest.mark.parametrize("log", BAD_LOGS.values(), ids=BAD_LOGS)
+def test_bad_logs(refused, log):
+    text, line, reason = log
+    sentence = refused(text, speed="speed:rpm")
+    assert line in sentence and reason in sentence and "log.csv" in sentence
+
+
+@pytest.mark.parametrize(
+    "flags, reason",
+    [
+        ({}, "exactly one of"),
+        ({"speed": "speed:rpm", "count": "speed"}, "exactly one of"),
+        ({"speed": "speed"}, "no unit"),
+        ({"speed": "speed:rad"}, "'rad' is not known"),
+        ({"speed": "speed:rad/h"}, "not known"),
+        ({"angle": "speed:rpm"}, "not known"),
+        ({"speed": "nothing:rpm"}, "'t_s', 'u_V', 'speed'"),
+        ({"speed": "speed:m/s"}, "--wheel-radius"),
+        ({"speed": "speed:counts/s"}, "--counts-per-rev"),
+        ({"count": "speed"}, "--counts-per-rev"),
+        ({"count": "t_s", "counts_per_rev": 5}, "not whole"),
+        ({"count": "counts", "counts_per_rev": 5}, "no column 'counts'"),
+        ({"speed": "speed:rpm", "input": "u_V"}, "no unit"),
+        ({"speed": "speed:rpm", "input": "u_V:A"}, "'A' is not known"),
+        ({"speed": "speed:rpm", "input": "u_V:duty:4"}, "--supply"),
+        ({"speed": "speed:rpm", "input": "u_V:percent"}, "--supply"),
+        ({"speed": "speed:rpm", "input": "u_V:duty:x", "supply_V": 1}, "no positive number"),
+        ({"speed": "speed:rpm", "input": "u_V:duty:2", "supply_V": 1}, "line 5: u_V is 3, beyond"),
+        ({"speed": "speed:rpm", "time": "t_s:h"}, "'h' is not known"),
+        ({"speed": "speed:rpm", "time": "t"}, "no column 't'"),
+        ({"speed": "speed:rpm", "segment": "trial"}, "no column 'trial'"),
+        ({"speed": "speed:rpm", "supply_V": -1}, "--supply"),
+        ({"speed": "speed:rpm", "speed_window_s": -1}, "--speed-window"),
+        ({"speed": "speed:rpm", "wheel_radius_m": float("nan")}, "--wheel-radius"),
+    ],
+)
+def test_what_is_not_stated_is_asked_for(refused, flags, reason):
+    assert reason in refused(LOG, **flags)
+
+
+def test_segments(imported):
+    text = "t_s,u_V,n,trial\n0,0,5,a\n1,0,5,a\n2,1,6,b\n3,1,7,b\n4,0,9,a\n6,0,9,a\n"
+    recording = imported(text, count="n", counts_per_rev=10, segment="trial")
+    assert [part.parameters["label"] for part in recording.segments] == ["a", "b", "a"]
+    assert [part.start_s for part in recording.segments] == [0, 2, 4]
+    assert [part.at_rest for part in recording.segments] == [True, False, True]
+    assert [part.tick.tolist() for part in recording.segments] == [[0, 1], [0, 1], [0, 2]]
+    assert [lost_ticks(part) for part in recording.segments] == [0, 0, 1]
+
+
+def test_time_may_restart_with_a_segment(imported, refused):
+    text = "t_s,u_V,n,trial\n0,0,5,1\n1,0,5,1\n0,1,6,2\n1,1,7,2\n"
+    recording = imported(text, count="n", counts_per_rev=10, segment="trial")
+    assert [part.start_s for part in recording.segments] == [0, 2]
+    assert "--segment" in refused(text, count="n", counts_per_rev=10)
+
+
+@pytest.mark.parametrize(
+    "u, n, at_rest", [((0, 0, 1), (5, 5, 6), True), ((0, 0, 1), (5, 6, 6), False), ((0, 1, 1), (5, 5, 6), False)]
+)
+def test_rest_must_be_seen(imported, u, n, at_rest):
+    rows = "".join(f"{k},{u[k]},{n[k]}\n" for k in range(3))
+    assert imported("t_s,u_V,n\n" + rows, count="n", counts_per_rev=10).segments[0].at_rest == at_rest
+
+
+@settings(max_examples=200)
+@given(
+    st.sampled_from([0.02, 0.005, 1 / 30, 1 / 7, 0.0012345, 17e-6, 3.0]),
+    st.lists(st.integers(1, 3), min_size=3, max_size=200).filter(lambda steps: steps.count(1) * 2 > len(steps)),
+    st.sampled_from([0.0, 1e-7, 0.1]),
+    st.floats(0, 1e5),
+)
+def test_even_stamps_become_ticks(period, steps, rounded, start):
+    ticks = np.cumsum([0, *steps])
+    stamps = start + ticks * period
+    if rounded:
+        resolution = rounded * period
+        stamps = np.rint(stamps / resolution) * resolution
+    found = timing([stamps], rounded * period)
+    assert found.ticks is not None and found.period_s is not None
+    np.testing.assert_array_equal(found.ticks[0], ticks)
+    assert abs(found.period_s - period) * ticks[-1] <= (rounded + 1e-6 + 1e-10 / period) * period
+
+
+@given(st.integers(5, 200), st.integers(0, 100))
+def test_uneven_stamps_stay_time(rows, seed):
+    jitter = np.random.default_rng(seed).uniform(-1e-3, 1e-3, rows)
+    stamps = np.arange(rows) * 0.02 + jitter
+    found = timing([stamps], 1e-6)
+    assert found.ticks is None
+    np.testing.assert_array_equal(found.times_s[0], stamps - stamps[0])
+
+
+@pytest.mark.parametrize("jitter, even", [(5e-7, True), (2e-5, False)])
+def test_even_is_to_a_millionth_of_the_period(jitter, even):
+    stamps = np.arange(50) * 0.02
+    stamps[17] += jitter * 0.02
+    assert (timing([stamps]).ticks is not None) == even
+
+
+def test_single_rows_have_no_period():
+    assert timing([np.array([1.0]), np.array([2.0])]).period_s is None
+
+
+@settings(max_examples=300)
+@given(st.data())
+def test_damaged_logs_are_a_recording_or_a_sentence(tmp_path_factory, data):
+    text = bytearray(LOG.encode())
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(text) - 1))
+        text[at : at + data.draw(st.integers(0, 3))] = data.draw(
+            st.sampled_from([b"", b",", b"\n", b"-", b"9", b'"', b"e", b";", b"\xff"])
+        )
+    path = tmp_path_factory.getbasetemp() / "damaged.csv"
+    path.write_bytes(text)
+    try:
+        recording = import_log(path, speed="speed:rpm", segment=data.draw(st.sampled_from([None, "u_V"])))
+        write(recording, path.with_suffix(".out"))
+        assert isinstance(recording, Recording)
+    except RecordingError as error:
+        assert str(error).isprintable()
+
+
+def test_all_measured_logs():
+    files = sorted(measured_data().rglob("*.csv"))
+    assert len(files) == 11
+    for path in files:
+        speed = "y_deg_per_s" in path.read_text()
+        shaft = {"speed": "y_deg_per_s:deg/s", "speed_window_s": 0.02} if speed else {"angle": "y_deg:deg"}
+        if path.name == "static_gain.csv":
+            with pytest.raises(RecordingError, match="no column 't_s'"):
+                import_log(path, **shaft)
+            continue
+        recording = import_log(path, **shaft)
+        assert recording.period_s == 0.02 and lost_ticks(recording.segments[0]) == 0
+
+
+def run(*flags):
+    app = typer.Typer()
+    app.command(name="import")(import_command)
+    return CliRunner().invoke(app, list(map(str, flags)))
+
+
+FLAGS = ("--time", "t_s", "--input", "u_V:V", "--speed", "speed:rpm", "--drive", "coast")
+
+
+def test_command(tmp_path):
+    log, out = tmp_path / "log.csv", tmp_path / "m1.csv"
+    log.write_text(LOG)
+    result = run(log, "-o", out, *FLAGS)
+    assert result.exit_code == 0, result.output
+    assert "5 rows in 1 segment, speed, one per 0.02 s, 0 ticks lost" in result.output
+    assert same(read(out), import_log(log, speed="speed:rpm", time="t_s", drive="coast"))
+    before = out.read_bytes()
+    again = run(log, "-o", out, *FLAGS)
+    assert isinstance(again.exception, JaxmotorError) and "--force" in str(again.exception)
+    assert out.read_bytes() == before
+    assert run(log, "-o", out, *FLAGS, "--force").exit_code == 0
+
+
+def test_command_leaves_no_partial_output(tmp_path):
+    log, out = tmp_path / "log.csv", tmp_path / "m1.csv"
+    log.write_text(LOG.replace("0.04,3,0", "0.04,3"))
+    assert isinstance(run(log, "-o", out, *FLAGS).exception, RecordingError)
+    assert list(tmp_path.iterdir()) == [log]
+
+
+@pytest.mark.parametrize(
+    "flags",
+    [(), FLAGS[:4], (*FLAGS, "--count", "n"), FLAGS[2:], (*FLAGS, "--units", "radians"), (*FLAGS, "--from", "sysid")],
+)
+def test_wrong_usage(tmp_path, flags):
+    assert run(tmp_path / "log.csv", "-o", tmp_path / "m1.csv", *flags).exit_code == 2

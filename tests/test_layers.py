@@ -1,0 +1,52 @@
+"""The folders tell a story, measure -> estimate -> diagnose -> present, and imports only look back."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import jaxmotor
+
+PACKAGE = Path(jaxmotor.__file__).parent
+LAYERS = ["recording", "bench", "motor", "estimate", "validate", "diagnose", "fleet", "present", "cli"]
+NUMPY_ONLY = {"recording", "bench"}
+HEAVY = {"jax", "equinox", "optimistix", "lineax", "matplotlib", "scipy"}
+
+
+def imported(path: Path) -> set[str]:
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: imports are absolute"
+            names.add(node.module or "")
+            names |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return names
+
+
+def layers_of(names: set[str]) -> set[str]:
+    return {name.split(".")[1] for name in names if name.startswith("jaxmotor.")} & set(LAYERS)
+
+
+@pytest.mark.parametrize("layer", LAYERS)
+def test_imports_look_back(layer):
+    for path in (PACKAGE / layer).rglob("*.py"):
+        later = {name for name in layers_of(imported(path)) if LAYERS.index(name) > LAYERS.index(layer)}
+        assert not later, f"{path} imports {later}, which come later in the story"
+
+
+@pytest.mark.parametrize("layer", sorted(NUMPY_ONLY))
+def test_measuring_needs_only_numpy(layer):
+    for path in (PACKAGE / layer).rglob("*.py"):
+        assert not {name.split(".")[0] for name in imported(path)} & HEAVY, path
+
+
+def test_every_folder_has_its_place():
+    folders = {path.name for path in PACKAGE.iterdir() if path.is_dir() and (path / "__init__.py").exists()}
+    assert folders <= set(LAYERS)
+
+
+def test_scipy_is_a_reference_never_a_part():
+    for path in PACKAGE.rglob("*.py"):
+        assert "scipy" not in {name.split(".")[0] for name in imported(path)}, path
