@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -33,6 +33,7 @@ def to_numpy(tree: T) -> T:
     return jax.tree.map(np.asarray, tree)
 
 
-def to_jax(tree: T) -> T:
+def to_jax(tree: Any) -> Any:
     """`tree` with JAX arrays for leaves, in the precision that is on."""
-    return jax.tree.map(jnp.asarray, tree)
+    # By way of numpy: JAX compiles a conversion for each kind of Python number.
+    return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)), tree)

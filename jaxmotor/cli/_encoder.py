@@ -27,10 +27,10 @@ def encoder_command(
     speeds = [*(speed or ()), *(value * math.pi / 30 for value in rpm or ())]
     rows = resolution_table(counts_per_rev, period or PERIODS_S, average)
     text = _json(counts_per_rev, rows, speeds) if as_json else _table(counts_per_rev, rows, speeds)
-    written = [] if output is None else _write_figure(counts_per_rev, rows, speeds, output)
+    if output is not None:
+        written = _write_figure(counts_per_rev, rows, speeds, output)
+        text += "" if as_json else "\n\n" + "\n".join(f"wrote {path}" for path in written)
     typer.echo(text)
-    for path in written:
-        typer.echo(f"wrote {path}", err=True)
 
 
 def _table(counts_per_rev: float, rows, speeds: list[float]) -> str:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._folder import make_folder
 
 
 class Method(enum.StrEnum):
@@ -45,7 +46,7 @@ def identify_command(
     if (resistance is None) != (inductance is None):
         raise typer.BadParameter("--resistance and --inductance belong together")
     if output is not None:
-        _make_folder(output)
+        make_folder(output)
     failed = False
     for path in recordings:
         try:
@@ -93,10 +94,3 @@ def _one(
     from jaxmotor.cli._text import fit_text
 
     typer.echo(fit_text(fit, extra, written))
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise JaxmotorError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from error

@@ -37,7 +37,7 @@ def build() -> typer.Typer:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command; returns 0 done, 1 bad input (one sentence), 2 wrong usage, 3 a defect of ours, 130 interrupted."""
+    """Run one command; returns 0 done, 1 bad input (a sentence), 2 wrong usage, 3 a defect of ours, 130 interrupted."""
     try:
         build()(args=arguments, prog_name="jaxmotor")
     except SystemExit as end:

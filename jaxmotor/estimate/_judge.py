@@ -2,14 +2,13 @@
 
 from typing import NamedTuple
 
-import jax
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate._lanes import Packed
-from jaxmotor.estimate._trajectory import Solution, motor_of
+from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
-from jaxmotor.motor import AbstractLinearMotor
+from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.recording import Recording
 
 QUIET_LOG10_Q = -4.0
@@ -22,13 +21,17 @@ FEW_CLUSTERS = 6
 """With fewer blocks of rows than this their disagreement says too little on its own."""
 UNDETERMINED = 0.3
 """Relative standard error from which a parameter is said not to be determined."""
+LEAST_POLE_SHARE = 0.01
+"""A pole that shows in less than this part of the motion would be made of whatever the model lacks."""
 
 
 class Judgement(NamedTuple):
     """What is stated of an estimate."""
 
+    motor: AbstractLinearMotor
     standard_error: AbstractLinearMotor
     covariance: np.ndarray
+    """(p, p) of (gain, pole [, electrical time constant]) in their units."""
     offset_V: float
     offset_standard_error_V: float
     notes: tuple[str, ...]
@@ -66,10 +69,11 @@ def judge(recording: Recording, packed: Packed, solution: Solution, errors: Unce
     offset = psi[1] / psi[0]
     slope = np.zeros(len(psi))
     slope[:2] = -offset / psi[0], 1 / psi[0]
-    _determined(recording, psi, model)
+    _determined(recording, psi, model, float(errors.pole_share))
     notes += _wide(psi, kept)
     return Judgement(
-        standard_error=_like(motor_of(solution.psi), np.sqrt(np.diag(kept))),
+        motor=linear_motor([psi[0], *np.exp(psi[2:])]),
+        standard_error=linear_motor(np.sqrt(np.diag(kept))),
         covariance=kept,
         offset_V=float(offset),
         offset_standard_error_V=float(np.sqrt(slope @ covariance @ slope)),
@@ -83,7 +87,7 @@ def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.where(np.diag(one).min() > 0, one * np.outer(raised, raised), other)
 
 
-def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray) -> None:
+def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, pole_share: float) -> None:
     """Whether the recording would determine the motor if the model were right (`covariance` of ψ)."""
     error = np.sqrt(np.diag(covariance))
     gain = psi[0]
@@ -92,7 +96,7 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray) -
             f"{recording.name}: the gain is not determined by this recording; it needs voltages that differ and a "
             "motor that follows them: record steps or sines"
         )
-    if error[2] > UNDETERMINED:
+    if error[2] > UNDETERMINED or pole_share < LEAST_POLE_SHARE:
         raise JaxmotorError(
             f"{recording.name}: the pole is not determined by this recording (the gain is {gain:.4g} "
             f"± {1.96 * error[0]:.2g} rad/s/V); it shows in how the speed follows a fast change: add steps, "
@@ -119,9 +123,3 @@ def student_t(freedom: float, probability: float = 0.975) -> float:
     rest = density[-1] / 2
     share = 0.5 + 0.5 * mass / (mass[-1] + rest)
     return float(np.sqrt(freedom) * np.tan(np.interp(probability, share, angle)))
-
-
-def _like(motor: AbstractLinearMotor, values: np.ndarray) -> AbstractLinearMotor:
-    leaves, tree = jax.tree.flatten(motor)
-    assert len(leaves) == len(values)
-    return jax.tree.unflatten(tree, list(values))

@@ -12,7 +12,7 @@ import numpy as np
 
 from jaxmotor.recording import Recording, Segment
 
-LANES = 8
+LANES = 16
 
 
 class Lanes(NamedTuple):
@@ -77,7 +77,7 @@ class Packed:
         return int(self.lanes.valid.sum())
 
 
-class _Piece(NamedTuple):
+class Piece(NamedTuple):
     segment: int
     rows: slice
     free: bool
@@ -86,7 +86,7 @@ class _Piece(NamedTuple):
 def pack(recording: Recording, segments: tuple[int, ...]) -> Packed:
     """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted."""
     observation = _observation(recording, segments)
-    pieces = [piece for index in segments for piece in _pieces(recording, index)]
+    pieces = [piece for index in segments for piece in pieces_of(recording, index)]
     lane_of, start_of, length = _place([_size(piece) for piece in pieces])
     shape = (max(lane_of) + 1, bucket(length))
     lanes = Lanes(
@@ -115,7 +115,7 @@ def pack(recording: Recording, segments: tuple[int, ...]) -> Packed:
     return Packed(lanes, observation, _power_of_two(len(pieces)), clusters, segment_of, row_of, time_s)
 
 
-def _fill(lanes: Lanes, cells: tuple[int, slice], segment: Segment, piece: _Piece, observation: Observation) -> None:
+def _fill(lanes: Lanes, cells: tuple[int, slice], segment: Segment, piece: Piece, observation: Observation) -> None:
     time, rows = segment.time_s[piece.rows], piece.rows
     lanes.volts[cells] = segment.volts[rows]
     lanes.reset[cells[0], cells[1].start] = True
@@ -145,7 +145,7 @@ def _turned(segment: Segment, time: np.ndarray, rows: slice, unit: float) -> np.
     return segment.speed_rad_s[rows][1:] * np.diff(time) / unit
 
 
-def _pieces(recording: Recording, index: int) -> list[_Piece]:
+def pieces_of(recording: Recording, index: int) -> list[Piece]:
     """Runs of rows without a lost tick: what was applied in one is not known, so neither is the speed after it.
 
     Rest before the first voltage says nothing about the motor, only one rounding error many times over: one
@@ -160,11 +160,11 @@ def _pieces(recording: Recording, index: int) -> list[_Piece]:
     if segment.tick is not None:
         breaks += [int(row) for row in np.flatnonzero(np.diff(segment.tick) > 1) + 1 if row > first]
     ends = [*breaks[1:], len(segment)]
-    pieces = [_Piece(index, slice(begin, end), free or begin > first) for begin, end in zip(breaks, ends, strict=True)]
+    pieces = [Piece(index, slice(begin, end), free or begin > first) for begin, end in zip(breaks, ends, strict=True)]
     return [piece for piece in pieces if _size(piece) >= 2]
 
 
-def _size(piece: _Piece) -> int:
+def _size(piece: Piece) -> int:
     return piece.rows.stop - piece.rows.start
 
 
@@ -224,8 +224,9 @@ def _observation(recording: Recording, segments: tuple[int, ...]) -> Observation
 def resolution(columns: list[np.ndarray]) -> tuple[float, bool]:
     """Step of the grid that all values lie on, and True; or, without a grid, √12 times the noise, and False.
 
-    Both in the columns' unit: in either case unit²/12 is the variance of one value's error. The noise is read
-    from third differences, which a motor slower than the sampling hardly contributes to.
+    Both in the columns' unit: in either case unit²/12 is the variance of one value's error. The noise is read from
+    sixth differences, which a motion that is slow beside the sampling hardly contributes to: the median over segments
+    of the median absolute one.
     """
     values = np.unique(np.concatenate(columns))
     steps = np.diff(values)
@@ -237,6 +238,7 @@ def resolution(columns: list[np.ndarray]) -> tuple[float, bool]:
         off = np.abs(steps / step - np.round(steps / step))
         if off.max() < 0.02 and values.size < 0.5 * sum(map(len, columns)):
             return float(step), True
-    third = np.concatenate([np.diff(column, 3) for column in columns if len(column) > 3] or [np.zeros(1)])
-    noise = float(np.sqrt(np.mean(third**2) / 20))
+    sixth = [np.median(np.abs(np.diff(column, 6))) for column in columns if len(column) > 12]
+    # 924 is the sum of the squared binomials of a sixth difference, 1.4826 turns a median into a standard deviation.
+    noise = 1.4826 * float(np.median(sixth)) / np.sqrt(924) if sixth else 0.0
     return max(noise, 1e-9 * float(span), 1e-300) * np.sqrt(12), False

@@ -6,14 +6,13 @@ import math
 from pathlib import Path
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor._precision import in_float64, to_numpy
+from jaxmotor._precision import in_float64
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.motor import AbstractLinearMotor, FirstOrder, SecondOrder
+from jaxmotor.motor import AbstractLinearMotor, SecondOrder, linear_motor
 
 FORMAT = 1
 LARGEST = 20_000_000
@@ -99,7 +98,7 @@ def read_model(path: Path) -> Model:
     if numbers[0] == 0 or min(numbers[1:]) <= 0:
         raise JaxmotorError(f"{path}: a motor's gain is not zero, and its pole and time constant are positive")
     return Model(
-        _motor(numbers),
+        linear_motor(numbers),
         _covariance(path, content, len(numbers)),
         _number(path, values, "voltage_offset_V") if "voltage_offset_V" in values else 0.0,
         _number(path, content, "period_s") if content.get("period_s") is not None else None,
@@ -107,12 +106,6 @@ def read_model(path: Path) -> Model:
         frozenset(str(print_) for print_ in content.get("fitted_fingerprints") or ()),
         str(path),
     )
-
-
-@in_float64
-def _motor(numbers: list[float]) -> AbstractLinearMotor:
-    values = [jnp.asarray(number) for number in numbers]
-    return to_numpy(FirstOrder(*values) if len(values) == 2 else SecondOrder(*values))
 
 
 def _load(path: Path) -> dict[str, Any]:

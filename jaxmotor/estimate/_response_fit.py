@@ -28,21 +28,23 @@ class ResponseFit(eqx.Module):
     """The solver ended by itself, and the gradient has vanished."""
 
 
+@eqx.filter_jit
 def fit_response(measured: FrequencyResponse, order: int = 1) -> ResponseFit:
     """Least squares of `measured` minus the exact response of a motor of `order` 1 or 2, weighted by its covariance.
 
-    Needs at least as many numbers (two per frequency) as parameters. The start is linear least squares.
+    Needs at least as many numbers (two per frequency) as parameters. The start is linear least squares; a second order
+    starts from a slow and from a fast electrical part, and the better end is kept.
     """
     start = linear_start(measured.frequency_Hz, _about_mean_speed(measured), measured.period_s)
-    logs = jnp.stack([jnp.log(jnp.abs(start.gain)), jnp.log(start.pole)])
+    logs, sign = jnp.stack([jnp.log(jnp.abs(start.gain)), jnp.log(start.pole)]), jnp.sign(start.gain)
     if order == 1:
-        return _fit(measured, logs, jnp.sign(start.gain))
-    # From a slow and from a fast electrical part: the better end is kept.
-    fits = [_fit(measured, jnp.append(logs, shift - logs[1]), jnp.sign(start.gain)) for shift in (-1.5, -4.0)]
-    return min(fits, key=lambda fit: float(jnp.nan_to_num(fit.cost, nan=jnp.inf)))
+        return _fit(measured, logs, sign)
+    shifts = jnp.asarray([-1.5, -4.0], logs.dtype)
+    fits = jax.lax.map(lambda shift: _fit(measured, jnp.append(logs, shift - logs[1]), sign), shifts)
+    best = jnp.argmin(jnp.where(jnp.isfinite(fits.cost), fits.cost, jnp.inf))
+    return jax.tree.map(lambda leaf: leaf[best], fits)
 
 
-@eqx.filter_jit
 def _fit(measured: FrequencyResponse, start: Float[Array, " p"], sign: Float[Array, ""]) -> ResponseFit:
     weight = jax.vmap(lambda c: jnp.linalg.inv(jnp.linalg.cholesky(c)))(measured.covariance)
 

@@ -94,7 +94,6 @@ def sine_columns(sines: Sines) -> Float[Array, "f n 2"]:
     return jnp.stack([jnp.sin(angle), jnp.cos(angle)], axis=-1)
 
 
-@eqx.filter_jit
 def fit_sines(sines: Sines) -> tuple[FrequencyResponse, FirstOrder]:
     """Response at every frequency, and the first-order motor that its last round was based on.
 

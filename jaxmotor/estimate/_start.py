@@ -1,31 +1,29 @@
 """Where the fit starts when there are no sines: the best of a row of poles."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxmotor.estimate._lanes import Lanes
 from jaxmotor.estimate._trajectory import Problem, least_squares, observe, start_columns, whitened
 from jaxmotor.motor import FirstOrder
 
 POLES = 24
 
 
-def data_start(problem: Problem) -> Float[Array, " 3"]:
-    """(K, b, log a): K and b by linear least squares for each of `POLES` poles, and the pole that fits best.
+def pole_range(lanes: Lanes) -> np.ndarray:
+    """Logarithms of `POLES` poles [rad/s], from one that hardly shows in the longest lane to one faster than a tick."""
+    shortest = float(np.min(lanes.duration))
+    longest = shortest * lanes.volts.shape[1]
+    return np.linspace(np.log(0.1 / longest), np.log(3.0 / shortest), POLES)
+
+
+def data_start(problem: Problem, log_poles: Float[Array, " k"]) -> Float[Array, " 3"]:
+    """(K, b, log a): K and b by linear least squares for each of `log_poles`, and the pole that fits best.
 
     The cost with K and b profiled out has one minimum in log a, so a coarse row of poles finds its basin.
     """
-    lanes = problem.lanes
-    shortest = float(np.min(lanes.duration))
-    longest = shortest * lanes.volts.shape[1]
-    low, high = 0.1 / longest, 3.0 / shortest
-    return _best_of(problem, jnp.linspace(np.log(low), np.log(high), POLES))
-
-
-@eqx.filter_jit
-def _best_of(problem: Problem, log_poles: Float[Array, " k"]) -> Float[Array, " 3"]:
     volts, valid = jnp.asarray(problem.lanes.volts), jnp.asarray(problem.lanes.valid)
     observed = jnp.where(valid, jnp.asarray(problem.lanes.observed), 0.0)
     rest = jnp.zeros_like(volts)

@@ -97,7 +97,8 @@ def observe(
     if problem.kind == "speed":
         return motion.state[..., 0] / problem.unit
     angle = jnp.cumsum(motion.turn, axis=1) - motion.turn
-    first = jnp.arange(angle.shape[1]) - jnp.asarray(lanes.back)
+    back = jnp.asarray(lanes.back)
+    first = jnp.arange(angle.shape[1], dtype=back.dtype)[None, :] - back
     state = jnp.take_along_axis(motion.state, first[..., None], axis=1)
     part = jax.vmap(jax.vmap(motor.hold))(jnp.asarray(lanes.part))
     inside = (part.turn * state).sum(-1) + part.turn_drive * jnp.take_along_axis(volts, first, axis=1)
@@ -177,7 +178,6 @@ def _clipped(delta: Float[Array, " p"], normal: Float[Array, "p p"]) -> Float[Ar
     return jnp.concatenate([linear, logs])
 
 
-@eqx.filter_jit
 def evaluate(problem: Problem, psi: Float[Array, " p"]) -> Solution:
     """No step, only the residual at `psi` with the initial speeds at their best (least squares on differences)."""
     q = jnp.asarray(PROCESS_RANGE[1], psi.dtype)
@@ -193,9 +193,8 @@ class _State(NamedTuple):
     width: Float[Array, ""]
 
 
-@eqx.filter_jit
 def solve(problem: Problem, psi: Float[Array, " p"]) -> Solution:
-    """Least squares from `psi`, at most `MAX_STEPS` steps or until one is under a thousandth standard error."""
+    """Least squares from `psi`: at most `MAX_STEPS` steps or until one is under a thousandth standard error."""
     dtype = psi.dtype
     low, high = PROCESS_RANGE
     shape = problem.lanes.volts.shape

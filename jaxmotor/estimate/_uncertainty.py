@@ -15,7 +15,6 @@ residual):
 
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Key
@@ -54,9 +53,11 @@ class Uncertainty(NamedTuple):
     log10_q: Float[Array, ""]
     chi2: Float[Array, ""]
     """Mean squared residual of the plain differences over the floor."""
+    pole_share: Float[Array, ""]
+    """Part of the motion (root mean square) that a pole e times as large would change, with gain and offset at their
+    best [1]."""
 
 
-@eqx.filter_jit
 def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Uncertainty:
     """All four, from the linearisation at `solution`; nothing is fitted again."""
     size = solution.psi.shape[0]
@@ -78,7 +79,9 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
     amount, evidence = _amount(extra, error, own)
     evidence = evidence / variance
     if problem.floor_known:
-        requantised, by_rounding = _requantised(jacobian, extra, starts, inverse, own, solution, problem, chi2, key)
+        requantised, by_rounding = _requantised(
+            jacobian, extra, starts, inverse, held, own, solution, problem, chi2, key
+        )
         evidence = evidence / jnp.maximum(by_rounding / extra.shape[-1], 1.0)
     return Uncertainty(
         model=inverse * variance,
@@ -90,7 +93,16 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
         evidence=evidence,
         log10_q=solution.log10_q,
         chi2=chi2,
+        pole_share=_pole_share(solution, problem),
     )
+
+
+def _pole_share(solution: Solution, problem: Problem) -> Float[Array, ""]:
+    linear, pole = solution.jacobian[..., :2], solution.jacobian[..., 2]
+    normal = jnp.einsum("lrp,lrq->pq", linear, linear)
+    rest = pole - linear @ solve_normal(normal, jnp.einsum("lrp,lr->p", linear, pole))
+    observed = jnp.where(jnp.asarray(problem.lanes.valid), jnp.asarray(problem.lanes.observed), 0.0)
+    return jnp.sqrt((rest**2).sum() / (observed**2).sum())
 
 
 def _missing(solution: Solution, problem: Problem) -> Float[Array, "lane row c"]:
@@ -128,29 +140,31 @@ def _clustered(error, jacobian, normal, inverse, problem: Problem):
     return (number - 1) / number * away.T @ away, freedom, number
 
 
-def _requantised(jacobian, extra, starts, inverse, own, solution: Solution, problem: Problem, chi2, key):
+def _requantised(jacobian, extra, starts, inverse, held, own, solution: Solution, problem: Problem, chi2, key):
     """Covariance of F⁻¹ Eᵀ e over rounding errors e of the fitted motion drawn with random encoder offsets, and the
     mean evidence for `extra` that such errors give."""
-    valid = jnp.asarray(problem.lanes.valid)
+    size = jacobian.shape[-1]
     prediction = predict(solution.psi, solution.initial_speed, problem)
     position = jnp.cumsum(prediction, axis=1) - prediction
-    after = position + prediction
-    piece = jnp.asarray(problem.lanes.piece)
-    jitter = jnp.sqrt(jnp.where(chi2 > 1.02, chi2 - 1, 0.0) / 12)
+    after, piece = position + prediction, jnp.asarray(problem.lanes.piece)
+
+    def whitened_errors(errors):
+        return whitened(errors[..., None], starts, 10**solution.log10_q, problem)[0][..., 0]
+
+    # Whitening is linear: its transpose, taken once for each column, saves whitening every draw.
+    _, transpose = jax.vjp(whitened_errors, position)
+    weights = jax.vmap(lambda column: transpose(column)[0], in_axes=-1)(jnp.concatenate([jacobian, extra], axis=-1))
+    weights = jnp.where(jnp.asarray(problem.lanes.valid)[None], weights, 0.0)
 
     def draw(key):
-        offset_key, jitter_key = jax.random.split(key)
-        offset = jax.random.uniform(offset_key, (problem.pieces + 1,), position.dtype)[piece]
-        noise = jitter * jax.random.normal(jitter_key, (position.shape[0], position.shape[1] + 1), position.dtype)
-        begin = jnp.floor(position + offset + noise[:, :-1]) - position
-        end = jnp.floor(after + offset + noise[:, 1:]) - after
-        errors = jnp.where(valid, end - begin, 0.0)[..., None]
-        white, _, _ = whitened(errors, starts, 10**solution.log10_q, problem)
-        moved = inverse @ jnp.einsum("lrp,lr->p", jacobian, white[..., 0])
-        return moved, _amount(extra, white[..., 0] - jacobian @ moved, own)[1]
+        offset = jax.random.uniform(key, (problem.pieces + 1,), position.dtype)[piece]
+        errors = (jnp.floor(after + offset) - after) - (jnp.floor(position + offset) - position)
+        score = jnp.einsum("clr,lr->c", weights, errors)
+        amount = score[size:] - held.T @ score[:size]
+        return inverse @ score[:size], amount @ solve_normal(own, amount)
 
-    moved, evidence = jax.vmap(draw)(jax.random.split(key, REDRAWS))
-    return moved.T @ moved / REDRAWS, evidence.mean()
+    moved, evidence = jax.lax.map(draw, jax.random.split(key, REDRAWS))
+    return moved.T @ moved / REDRAWS * jnp.maximum(chi2, 1.0), evidence.mean()
 
 
 def _against(jacobian, extra, normal) -> tuple[Float[Array, "p e"], Float[Array, "e e"]]:

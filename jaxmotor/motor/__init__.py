@@ -4,6 +4,7 @@ from jaxmotor.motor._linear import AbstractLinearMotor as AbstractLinearMotor
 from jaxmotor.motor._linear import FirstOrder as FirstOrder
 from jaxmotor.motor._linear import Hold as Hold
 from jaxmotor.motor._linear import SecondOrder as SecondOrder
+from jaxmotor.motor._linear import linear_motor as linear_motor
 from jaxmotor.motor._simulate import Motion as Motion
 from jaxmotor.motor._simulate import simulate as simulate
 from jaxmotor.motor._zoh import hold_with_delay as hold_with_delay

@@ -12,12 +12,15 @@ voltage and speed cannot separate from τ and a.)
 """
 
 import abc
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
+
+from jaxmotor._precision import in_float64, to_jax, to_numpy
 
 
 class Hold(NamedTuple):
@@ -134,6 +137,16 @@ class SecondOrder(AbstractLinearMotor):
         values = (self.gain, self.pole, self.electrical_time_constant)
         gain, pole, tau = (jax.lax.complex(x, jnp.zeros_like(x)) for x in values)
         return gain * pole / (tau * s**2 + s + pole)
+
+
+@in_float64
+def linear_motor(values: Iterable[float]) -> FirstOrder | SecondOrder:
+    """The motor whose gain [rad/s/V], pole [rad/s] and, if given, electrical time constant [s] are `values`.
+
+    Its leaves are numpy's, so that it keeps its 64 bits wherever it goes.
+    """
+    numbers = to_jax([float(value) for value in values])
+    return to_numpy(FirstOrder(*numbers) if len(numbers) == 2 else SecondOrder(*numbers))
 
 
 def _damped_pair(

@@ -1,4 +1,20 @@
 """Figures for print and screen, one function each, and how they are written."""
 
+from jaxmotor.present._bode import bode as bode
+from jaxmotor.present._bode import bode_models as bode_models
 from jaxmotor.present._encoder import encoder as encoder
+from jaxmotor.present._fit import residuals as residuals
+from jaxmotor.present._fit import simulation as simulation
+from jaxmotor.present._folder import fit_figures as fit_figures
+from jaxmotor.present._folder import validation_figures as validation_figures
+from jaxmotor.present._folder import write_fit as write_fit
+from jaxmotor.present._folder import write_validation as write_validation
+from jaxmotor.present._open_and_closed import controller as controller
+from jaxmotor.present._open_and_closed import step_trials as step_trials
 from jaxmotor.present._save import save as save
+from jaxmotor.present._sine import position_drift as position_drift
+from jaxmotor.present._sine import sine_fit as sine_fit
+from jaxmotor.present._validation import Compared as Compared
+from jaxmotor.present._validation import closed_loop as closed_loop
+from jaxmotor.present._validation import step as step
+from jaxmotor.present._zoh import zoh_bode as zoh_bode

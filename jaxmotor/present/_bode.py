@@ -7,6 +7,7 @@ models are told apart by what they leave over, in panels below.
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -25,6 +26,8 @@ from jaxmotor.present._style import (
     OTHER,
     PAPER,
     REFERENCE,
+    SECOND,
+    Look,
     frequency_axis,
     legend_above,
     panels,
@@ -35,6 +38,11 @@ from jaxmotor.present._zoh import decibel, degrees
 BAND_SE = 1.96
 """Standard errors each way that hold the truth 95 times of 100."""
 DB_PER_RELATIVE = 20 / np.log(10)
+LOOKS: dict[str, tuple[Look, str]] = {
+    "exact model": (EXACT, "o"),
+    "paper model": (PAPER, "s"),
+    "exact model, second order": (SECOND, "D"),
+}
 
 
 class Band(NamedTuple):
@@ -51,14 +59,19 @@ class Left(NamedTuple):
     gain_dB: np.ndarray
     phase_deg: np.ndarray
     band: Band
-    look: dict
+    look: Look
     marker: str
 
 
 def response_band(measured: FrequencyResponse) -> Band:
     """95 % half-widths of gain and phase, from the covariance of real and imaginary part."""
-    gain, phase = np.asarray(measured.gain_standard_error), np.asarray(measured.phase_standard_error)
+    gain, phase = map(np.asarray, _standard_errors(measured))
     return Band(BAND_SE * DB_PER_RELATIVE * gain, np.rad2deg(BAND_SE * phase))
+
+
+@eqx.filter_jit
+def _standard_errors(measured: FrequencyResponse):
+    return measured.gain_standard_error, measured.phase_standard_error
 
 
 @styled
@@ -86,7 +99,7 @@ def bode(frequency_response: FrequencyResponse) -> Figure:
 @styled
 @in_float64
 def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit]) -> Figure:
-    """A measured response with the models of `fits`, and what each leaves over in gain and phase.
+    """A measured response with the models of `fits` (one of each kind), and what each leaves over.
 
     A fit by the paper's method is held against what that method reads: the difference to the *previous* count.
     Where there is an exact fit too, the paper's formula is also drawn with the exact motor: what is left then is not
@@ -96,51 +109,66 @@ def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit]) -> F
     gain, phase, gain_left, phase_left = axes[:, 0]
     measured = in_order(frequency_response)
     frequency = np.asarray(measured.frequency_Hz)
-    fine = np.geomspace(frequency[0] / 1.15, frequency[-1] * 1.15, 200)
-    leftovers = [_draw_fit(gain, phase, measured, fit, fine) for fit in fits]
+    nyquist_Hz = 0.5 / float(measured.period_s)
+    fine = np.geomspace(frequency[0] / 1.15, min(frequency[-1] * 1.15, 0.99 * nyquist_Hz), 200)
+    readings = {fit.method: as_paper_reads(measured, fit) if fit.method == "paper" else measured for fit in fits}
+    for method, seen in readings.items():
+        _draw_points(gain, phase, seen, method)
+    for fit in fits:
+        _draw_model(gain, phase, readings[fit.method], fit, fine)
+    leftovers = [_left(readings[fit.method], fit.motor, fit.method, name(fit), *LOOKS[name(fit)]) for fit in fits]
     exact = [fit for fit in fits if fit.method == "exact"]
-    if exact and len(exact) < len(fits):
-        leftovers.append(_formula_left(measured, fits, exact[0].motor))
+    if exact and "paper" in readings:
+        motor, label = exact[0].motor, "paper model at the exact pole"
+        leftovers.append(_left(readings["paper"], motor, "paper", label, OTHER, "^"))
     for left in leftovers:
         look = {**left.look, "marker": left.marker, "markerfacecolor": "white", "linewidth": 0.9, "capsize": 2}
         gain_left.errorbar(frequency, left.gain_dB, left.band.gain_dB, label=left.label, **look)
         phase_left.errorbar(frequency, left.phase_deg, left.band.phase_deg, label=left.label, **look)
-    _reference_lag(phase_left, fine, float(measured.period_s))
+    for ax in (gain_left, phase_left):
+        ax.axhline(0, color=GREY, linewidth=0.6)
+    if "paper" in readings:
+        lag = -180 * fine * float(measured.period_s)
+        (line,) = phase_left.plot(fine, lag, label="\N{MINUS SIGN}ωT/2, the count difference", **REFERENCE)
+        phase_left.legend(handles=[line], loc="lower left")
     gain.set_ylabel("Gain\n(dB re 1 rad/s/V)")
     phase.set_ylabel("Phase (degrees)")
     gain_left.set_ylabel("Gain left\n(dB)")
     phase_left.set(ylabel="Phase left\n(degrees)", xlabel="Frequency (Hz)")
     legend_above(gain)
     legend_above(gain_left)
-    phase_left.legend(*_last_entry(phase_left), loc="lower left")
     frequency_axis(phase_left)
     return figure
 
 
-def _draw_fit(gain: Axes, phase: Axes, measured: FrequencyResponse, fit: Fit, fine: np.ndarray) -> Left:
-    """The points that the fit's method read, its model, and what is left between them."""
-    seen = as_paper_reads(measured, fit) if fit.method == "paper" else measured
-    frequency, response = np.asarray(seen.frequency_Hz), np.asarray(seen.response)
-    band = response_band(seen)
-    look, marker, name = (PAPER, "s", "paper") if fit.method == "paper" else (EXACT, "o", "exact")
-    reading = "from the previous count" if fit.method == "paper" else "over the tick"
+def name(fit: Fit) -> str:
+    """Of the model of `fit`, for legends."""
+    order = ", second order" if fit.motor.order == 2 else ""
+    return f"{fit.method} model{order}"
+
+
+def _draw_points(gain: Axes, phase: Axes, seen: FrequencyResponse, method: str) -> None:
+    frequency, response, band = np.asarray(seen.frequency_Hz), np.asarray(seen.response), response_band(seen)
+    marker, size = ("s", 5.5) if method == "paper" else ("o", 3)
+    look = {**MEASURED, "marker": marker, "markersize": size, "markerfacecolor": "none"}
+    for ax, value, half in ((gain, decibel(response), band.gain_dB), (phase, degrees(response), band.phase_deg)):
+        ax.fill_between(frequency, value - half, value + half, **BAND)
+        ax.plot(frequency, value, label=f"measured, {method} reading", **look)
+
+
+def _draw_model(gain: Axes, phase: Axes, seen: FrequencyResponse, fit: Fit, fine: np.ndarray) -> None:
     model = model_response(seen, fit.motor, fit.method, fine)
-    points = {**MEASURED, "marker": marker}
-    for ax, of, half in ((gain, decibel, band.gain_dB), (phase, degrees, band.phase_deg)):
-        ax.fill_between(frequency, of(response) - half, of(response) + half, **BAND)
-        ax.plot(frequency, of(response), label=f"measured, {reading}", **points)
-        ax.plot(fine, of(model), label=f"{name} model", **look)
-    ratio = response / model_response(seen, fit.motor, fit.method, frequency)
-    return Left(f"{name} model", decibel(ratio), degrees(ratio), band, dict(look), marker)
+    look, _ = LOOKS[name(fit)]
+    gain.plot(fine, decibel(model), label=name(fit), **look)
+    phase.plot(fine, degrees(model), label=name(fit), **look)
 
 
-def _formula_left(measured: FrequencyResponse, fits: Sequence[Fit], motor: AbstractLinearMotor) -> Left:
-    """What the paper's formula leaves at the exact motor."""
-    seen = as_paper_reads(measured, next(fit for fit in fits if fit.method == "paper"))
-    frequency, response = np.asarray(seen.frequency_Hz), np.asarray(seen.response)
-    ratio = response / model_response(seen, motor, "paper", frequency)
-    label = "paper's model with the exact gain and pole"
-    return Left(label, decibel(ratio), degrees(ratio), response_band(seen), dict(OTHER), "^")
+def _left(
+    seen: FrequencyResponse, motor: AbstractLinearMotor, method: str, label: str, look: Look, marker: str
+) -> Left:
+    """Measured over modelled, in dB and degrees."""
+    ratio = np.asarray(seen.response) / model_response(seen, motor, method, np.asarray(seen.frequency_Hz))
+    return Left(label, decibel(ratio), degrees(ratio), response_band(seen), look, marker)
 
 
 def as_paper_reads(measured: FrequencyResponse, fit: Fit) -> FrequencyResponse:
@@ -150,12 +178,12 @@ def as_paper_reads(measured: FrequencyResponse, fit: Fit) -> FrequencyResponse:
         return own
     if measured.window_s is not None:
         return measured
-    late = np.exp(-2j * np.pi * np.asarray(measured.frequency_Hz) * float(measured.period_s))
-    turn = np.stack([np.stack([late.real, -late.imag], -1), np.stack([late.imag, late.real], -1)], -2)
+    lag = -2 * np.pi * np.asarray(measured.frequency_Hz) * float(measured.period_s)
+    turn = np.stack([np.stack([np.cos(lag), -np.sin(lag)], -1), np.stack([np.sin(lag), np.cos(lag)], -1)], -2)
     covariance = np.einsum("fij,fjk,flk->fil", turn, np.asarray(measured.covariance), turn)
     return FrequencyResponse(
         measured.frequency_Hz,
-        jnp.asarray(np.asarray(measured.response) * late),
+        jnp.asarray(np.asarray(measured.response) * np.exp(1j * lag)),
         jnp.asarray(covariance),
         measured.amplitude_V,
         measured.period_s,
@@ -167,11 +195,14 @@ def model_response(
     seen: FrequencyResponse, motor: AbstractLinearMotor, method: str, frequency_Hz: np.ndarray
 ) -> np.ndarray:
     """What `method` says that `seen` would be of `motor`: exact, or the paper's G(jω) ZOH(jω)."""
-    motor = jax.tree.map(jnp.asarray, motor)
-    frequency = jnp.asarray(frequency_Hz)
-    if method == "paper":
-        return np.asarray(paper_response(motor, frequency, jnp.asarray(seen.period_s)))
-    return np.asarray(seen.of(motor, frequency))
+    return np.asarray(_modelled(seen, jax.tree.map(jnp.asarray, motor), method == "paper", jnp.asarray(frequency_Hz)))
+
+
+@eqx.filter_jit
+def _modelled(seen: FrequencyResponse, motor: AbstractLinearMotor, paper: bool, frequency_Hz: jax.Array):
+    if paper:
+        return paper_response(motor, frequency_Hz, seen.period_s)
+    return seen.of(motor, frequency_Hz)
 
 
 def in_order(measured: FrequencyResponse) -> FrequencyResponse:
@@ -184,14 +215,3 @@ def _banded(ax: Axes, frequency: np.ndarray, value: np.ndarray, half: np.ndarray
     ax.fill_between(frequency, value - half, value + half, label="95 % band", **BAND)
     ax.plot(frequency, value, color=BLACK, linewidth=0.6)
     ax.errorbar(frequency, value, half, label="measured", capsize=2, elinewidth=0.8, **MEASURED)
-
-
-def _reference_lag(ax: Axes, frequency: np.ndarray, period_s: float) -> None:
-    ax.axhline(0, color=GREY, linewidth=0.6)
-    ax.plot(frequency, -180 * frequency * period_s, label="−ωT/2, the count difference", **REFERENCE)
-
-
-def _last_entry(ax: Axes) -> tuple[list, list[str]]:
-    handles, labels = ax.get_legend_handles_labels()
-    last = next(index for index, label in enumerate(labels) if label.startswith("−"))
-    return [handles[last]], [labels[last]]

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from jaxmotor.bench import SpeedResolution, speed_resolution
-from jaxmotor.present._style import BLACK, BLUE, EXACT, GREEN, GREY, VERMILLION, panels, styled
+from jaxmotor.present._style import BLACK, BLUE, EXACT, GREEN, GREY, VERMILLION, legend_above, panels, styled
 
 STYLES = [(BLACK, "-"), (BLUE, (0, (6, 1.5))), (VERMILLION, (0, (4, 1.3, 1, 1.3))), (GREEN, (0, (2, 1.2)))]
 
@@ -38,7 +38,7 @@ def _against_period(ax, counts_per_rev: float | int, rows: Sequence[SpeedResolut
     for period, value in zip(periods, values, strict=True):
         ax.annotate(f"{value:.3g}", (1e3 * period, value), xytext=(3, 3), textcoords="offset points", fontsize=7)
     ax.set(xscale="log", yscale="log", xlabel="Sampling period (ms)", ylabel="Speed error (rpm)")
-    ax.legend(loc="lower left")
+    legend_above(ax, columns=1)
     _plain_numbers(ax)
 
 
@@ -50,7 +50,9 @@ def _against_speed(ax, rows: Sequence[SpeedResolution], speeds_rad_s: Sequence[f
         error = 100 * row.resolution_rpm / speeds
         ax.plot(speeds, error, color=color, linestyle=dashes)
         end = (speeds[-1], error[-1])
-        ax.annotate(f"{1e3 * row.period_s:g} ms", end, xytext=(3, 0), textcoords="offset points", va="center", fontsize=7)
+        ax.annotate(
+            f"{1e3 * row.period_s:g} ms", end, xytext=(3, 0), textcoords="offset points", va="center", fontsize=7
+        )
         ax.plot(marked, 100 * row.resolution_rpm / marked, linestyle="none", marker="o", color=color, markersize=3)
     ax.set(xscale="log", yscale="log", xlabel="Speed (rpm)", ylabel="Error of one count (%)")
     ax.margins(x=0.08)

@@ -1,25 +1,25 @@
 """How all figures look: 12 cm wide, readable without colour. Nothing outside a figure is changed.
 
-Each curve has its own line style or marker besides its colour, and colours are those of Okabe and Ito, which the
-colour-blind can tell apart. Uncertainty is a light fill or a hatched one.
+Each curve has its own line style or marker besides its colour, and colours are ones that the colour-blind can tell
+apart (Okabe and Ito). Uncertainty is a light fill or a hatched one.
 """
 
 import functools
 from collections.abc import Callable, Sequence
-from typing import Any, ParamSpec, TypedDict
+from typing import Any, ParamSpec
 
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
-from matplotlib.text import Text
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 
 P = ParamSpec("P")
 
 WIDTH_IN = 12 / 2.54
-BLACK, BLUE, VERMILLION, GREEN, GREY = "#000000", "#0072B2", "#D55E00", "#009E73", "#8A8A8A"
+BLACK, BLUE, VERMILLION, GREEN = "#000000", "#0072B2", "#D55E00", "#009E73"
+PURPLE, GREY = "#AA4499", "#8A8A8A"
 
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
@@ -31,9 +31,9 @@ STYLE: dict[str, Any] = {
     "ytick.labelsize": 7.5,
     "legend.fontsize": 7.5,
     "legend.frameon": False,
-    "legend.handlelength": 2.6,
+    "legend.handlelength": 2.4,
     "legend.borderaxespad": 0.3,
-    "legend.columnspacing": 1.4,
+    "legend.columnspacing": 1.2,
     "axes.linewidth": 0.6,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -55,28 +55,18 @@ STYLE: dict[str, Any] = {
 }
 
 
-class Look(TypedDict, total=False):
-    """Of a line; colour, and what is left of it in grey."""
-
-    color: str
-    linestyle: Any
-    marker: str
-    linewidth: float
-    markersize: float
-    markerfacecolor: str
-    markeredgewidth: float
-
+Look = dict[str, Any]
+"""Of a line, as matplotlib's keywords."""
 
 MEASURED = Look(color=BLACK, linestyle="none", marker="o", markersize=4, markerfacecolor="white")
-MEASURED_LINE = Look(color=GREY, linestyle="-", linewidth=1.8)
 EXACT = Look(color=BLUE, linestyle="-")
 PAPER = Look(color=VERMILLION, linestyle=(0, (5, 1.6)))
 OTHER = Look(color=GREEN, linestyle=(0, (5, 1.4, 1, 1.4)))
+SECOND = Look(color=PURPLE, linestyle=(0, (5, 1.2, 1, 1.2, 1, 1.2)))
 REFERENCE = Look(color=BLACK, linestyle=(0, (1, 1.6)), linewidth=0.9)
-MARKS = {"exact": Look(marker="o"), "paper": Look(marker="s"), "other": Look(marker="^")}
 
-BAND: dict[str, Any] = {"facecolor": "#D4D4D4", "edgecolor": "none", "linewidth": 0, "zorder": 0.5}
-HATCHED: dict[str, Any] = {"facecolor": "none", "edgecolor": BLUE, "hatch": "//////", "linewidth": 0, "zorder": 0.6}
+BAND: Look = {"facecolor": "#D4D4D4", "edgecolor": "none", "linewidth": 0, "zorder": 0.5}
+HATCHED: Look = {"facecolor": "none", "edgecolor": BLUE, "hatch": "//////", "linewidth": 0.5, "zorder": 0.6}
 
 
 def styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
@@ -86,11 +76,26 @@ def styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.style.context(STYLE, after_reset=True):
             figure = function(*args, **kwargs)
-            # Text that came from elsewhere is wrapped and scaled only when drawn; ticks are made then, too.
-            figure.draw_without_rendering()
+            _settle(figure)
             return figure
 
     return wrapped
+
+
+def _settle(figure: Figure) -> None:
+    """Find the places of the axes and make the ticks now, not when the figure is drawn under others' settings.
+
+    Ticks depend on the size of their axes, whose size depends on the width of the ticks' labels: this can go to and
+    fro for ever. So ticks are kept as the first round has them, and the second makes room for just these.
+    """
+    layout = figure.get_layout_engine()
+    assert layout is not None
+    layout.execute(figure)
+    for ax in figure.axes:
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_major_locator(FixedLocator(axis.get_majorticklocs()))
+    layout.execute(figure)
+    figure.set_layout_engine("none")
 
 
 def panels(
@@ -98,9 +103,9 @@ def panels(
     height_in: float,
     *,
     columns: int = 1,
-    heights: Sequence[float] | None = None,
+    heights: Sequence[float | int] | None = None,
     share_x: bool = True,
-    share_y: bool | str = False,
+    share_y: bool = False,
 ) -> tuple[Figure, np.ndarray]:
     """An empty figure of the house width, and its axes (`rows`, `columns`)."""
     figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
@@ -109,8 +114,8 @@ def panels(
         columns,
         squeeze=False,
         sharex=share_x,
-        sharey=share_y,  # pyright: ignore[reportArgumentType]
-        gridspec_kw={"height_ratios": heights},
+        sharey=share_y,
+        height_ratios=heights,
     )
     for ax in axes.flat:
         grid(ax)
@@ -123,10 +128,9 @@ def grid(ax: Axes) -> None:
     ax.set_axisbelow(True)
 
 
-def legend_above(ax: Axes, columns: int = 2, entries: Sequence[tuple[Any, str]] | None = None) -> None:
+def legend_above(ax: Axes, columns: int = 2) -> None:
     """The legend of `ax` above it, where it covers no data."""
-    handles, labels = ax.get_legend_handles_labels() if entries is None else zip(*entries, strict=True)
-    ax.legend(list(handles), list(labels), loc="lower left", bbox_to_anchor=(0, 1.0), ncols=columns)
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=columns)
 
 
 def frequency_axis(ax: Axes) -> None:
@@ -153,8 +157,3 @@ def plain(text: object, length: int = 60) -> str:
 @functools.cache
 def _glyphs() -> frozenset[int]:
     return frozenset(get_font(findfont("DejaVu Sans")).get_charmap())
-
-
-def all_text(figure: Figure) -> list[Text]:
-    """Every text of `figure`, for tests and for those who translate it."""
-    return figure.findobj(Text)  # pyright: ignore[reportReturnType]

@@ -1,5 +1,6 @@
 """The hold and the count difference: what they do to gain and phase (the paper's Fig. 3, and what it left out)."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,25 +8,25 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxmotor._precision import in_float64
-from jaxmotor.motor import AbstractLinearMotor, FirstOrder, mean_speed_response, zoh_factor
+from jaxmotor.motor import AbstractLinearMotor, FirstOrder, mean_speed_response, to_complex, zoh_factor
 from jaxmotor.present._style import EXACT, GREY, PAPER, REFERENCE, frequency_axis, legend_above, panels, styled
 
 
 @styled
 @in_float64
-def zoh_bode(period_s: float, motor: AbstractLinearMotor | None = None) -> Figure:
+def zoh_bode(period_s: float | int, motor: AbstractLinearMotor | None = None) -> Figure:
     """Gain and phase that sampling with `period_s` [s] adds to a motor: as eq. 4 has it, and exactly.
 
     The exact curve is z⁻¹V(z)/G(jω): the hold *and* the count difference that the speed is read from. It depends
     little on the motor; without one, it is drawn for a pole of 0.2/T.
     """
-    motor = FirstOrder(jnp.asarray(1.0), jnp.asarray(0.2 / period_s)) if motor is None else motor
-    motor = jax.tree.map(jnp.asarray, motor)
+    given = FirstOrder(jnp.asarray(1.0), jnp.asarray(0.2 / period_s)) if motor is None else motor
+    given = jax.tree.map(jnp.asarray, given)
     rate = 1 / period_s
     hold_Hz = np.geomspace(0.005 * rate, 0.97 * rate, 400)
     exact_Hz = np.geomspace(0.005 * rate, 0.49 * rate, 400)
     hold = np.asarray(zoh_factor(jnp.asarray(hold_Hz), jnp.asarray(period_s)))
-    exact = exact_sampling(motor, exact_Hz, period_s)
+    exact = exact_sampling(given, exact_Hz, period_s)
     figure, axes = panels(2, 3.6)
     gain, phase = axes[:, 0]
     gain.plot(hold_Hz, decibel(hold), label="hold alone (eq. 4)", **PAPER)
@@ -33,7 +34,7 @@ def zoh_bode(period_s: float, motor: AbstractLinearMotor | None = None) -> Figur
     gain.set(ylabel="Gain (dB)", ylim=(-26, 2))
     phase.plot(hold_Hz, degrees(hold), **PAPER)
     phase.plot(exact_Hz, degrees(exact), **EXACT)
-    phase.plot(exact_Hz, -360 * exact_Hz * period_s, label="−ωT, twice the hold's lag", **REFERENCE)
+    phase.plot(exact_Hz, -360 * exact_Hz * period_s, label="\N{MINUS SIGN}ωT, twice the hold's lag", **REFERENCE)
     phase.set(ylabel="Phase (degrees)", xlabel="Frequency (Hz)", ylim=(-190, 8), yticks=(0, -45, -90, -135, -180))
     phase.legend(loc="lower left")
     frequency_axis(phase)
@@ -49,8 +50,13 @@ def zoh_bode(period_s: float, motor: AbstractLinearMotor | None = None) -> Figur
 def exact_sampling(motor: AbstractLinearMotor, frequency_Hz: np.ndarray, period_s: float) -> np.ndarray:
     """z⁻¹V(z)/G(jω) [1]: what is read from the counts, over what the motor alone would show."""
     frequency, period = jnp.asarray(frequency_Hz), jnp.asarray(period_s)
-    seen = np.asarray(mean_speed_response(motor, frequency, period)) * np.exp(-2j * np.pi * frequency_Hz * period_s)
-    return seen / np.asarray(motor.transfer(jnp.asarray(2j * np.pi * frequency_Hz)))
+    seen, alone = _seen_and_alone(motor, frequency, period)
+    return np.asarray(seen) * np.exp(-2j * np.pi * frequency_Hz * period_s) / np.asarray(alone)
+
+
+@eqx.filter_jit
+def _seen_and_alone(motor: AbstractLinearMotor, frequency_Hz: jax.Array, period: jax.Array):
+    return mean_speed_response(motor, frequency_Hz, period), motor.transfer(2j * jnp.pi * to_complex(frequency_Hz))
 
 
 def decibel(response: np.ndarray) -> np.ndarray:

@@ -1,8 +1,12 @@
 """Recordings: the file format, what can be wrong with the data, and logs from elsewhere."""
 
+from jaxmotor.recording._bundled import bundled as bundled
 from jaxmotor.recording._check import check as check
+from jaxmotor.recording._check import check_output as check_output
 from jaxmotor.recording._check import lost_ticks as lost_ticks
+from jaxmotor.recording._check import warn_sign as warn_sign
 from jaxmotor.recording._foreign import import_log as import_log
+from jaxmotor.recording._jumps import check_jumps as check_jumps
 from jaxmotor.recording._read import read as read
 from jaxmotor.recording._recording import KINDS as KINDS
 from jaxmotor.recording._recording import Measured as Measured

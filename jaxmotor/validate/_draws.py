@@ -41,8 +41,8 @@ def relative_root(model: Model) -> np.ndarray:
 def draw_psi(
     psi: Float[Array, " p"], root: Float[Array, "m m"], number: int, key: Key[Array, ""]
 ) -> Float[Array, "number p"]:
-    """`number` motors around `psi`; gain, pole and time constant keep their signs, the offset u0 its value."""
-    moved = jax.random.normal(key, (number, root.shape[0]), psi.dtype) @ root.T
+    """`psi`, then motors around it; gain, pole and time constant keep their signs, the offset u0 its value."""
+    moved = jax.random.normal(key, (number, root.shape[0]), psi.dtype).at[0].set(0.0) @ root.T
     factor = jnp.exp(moved[:, :1])
     return jnp.concatenate([psi[None, :2] * factor, psi[None, 2:] + moved[:, 1:]], axis=1)
 
@@ -51,7 +51,7 @@ def spread(draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Limits (along axis 0) between which one more draw lies with 95 %, however few the draws are."""
     tail = (1 - SHARE) / 2
     low, high = np.quantile(draws, [tail, 1 - tail], axis=0, method="weibull")
-    return low, high
+    return np.asarray(low), np.asarray(high)
 
 
 def interval(draws: np.ndarray) -> Interval:

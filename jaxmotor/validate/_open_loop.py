@@ -3,13 +3,10 @@
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmotor.estimate import Model, fit_percent
-from jaxmotor.estimate._identify import _traces as traces_of
-from jaxmotor.estimate._identify import as_problem
-from jaxmotor.estimate._lanes import Packed, _pieces, pack
-from jaxmotor.estimate._trajectory import evaluate
+from jaxmotor.estimate import Model, Packed, Trace, as_problem, fit_percent, pack, pieces_of, traces_of
 from jaxmotor.recording import Recording
 from jaxmotor.validate._draws import psi_of
+from jaxmotor.validate._follow import follow
 from jaxmotor.validate._validation import OpenLoop, Score
 
 
@@ -20,8 +17,8 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     it best: one number for each. The model's voltage offset counts as part of the rig.
     """
     packed = pack(recording, segments)
-    solution = evaluate(as_problem(packed), jnp.asarray(psi_of(model)))
-    residual = np.asarray(solution.residual)
+    _, off = follow(as_problem(packed), jnp.asarray(psi_of(model)))
+    residual = np.asarray(off)
     scored = np.unique(packed.segment_of[packed.lanes.valid])
     free = packed.segment_of[packed.lanes.free > 0]
     traces = traces_of(packed, residual)
@@ -40,25 +37,30 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
 def initial_speed(model: Model, recording: Recording, segment: int) -> float:
     """Speed [rad/s] at the first row of `segment` that fits its first piece best under the logged voltage."""
     packed = pack(recording, (segment,))
-    solution = evaluate(as_problem(packed), jnp.asarray(psi_of(model)))
-    return float(solution.initial_speed[0])
+    speeds, _ = follow(as_problem(packed), jnp.asarray(psi_of(model)))
+    return float(speeds[0])
 
 
 def has_pieces(recording: Recording, segment: int) -> bool:
     """Two rows of `segment` follow each other without a lost tick, and say something of the speed."""
-    return bool(_pieces(recording, segment)) and bool(pack(recording, (segment,)).lanes.valid.any())
+    return bool(pieces_of(recording, segment)) and bool(pack(recording, (segment,)).lanes.valid.any())
 
 
 def _score(
-    recording: Recording, packed: Packed, residual: np.ndarray, segment: int | None, traces: tuple
+    recording: Recording, packed: Packed, residual: np.ndarray, segment: int | None, traces: tuple[Trace, ...]
 ) -> Score:
     cells = packed.lanes.valid if segment is None else packed.lanes.valid & (packed.segment_of == segment)
     square = float((residual[cells] ** 2).mean())
     off = np.concatenate([trace.measured_rad_s - trace.simulated_rad_s for trace in traces])
     return Score(
         samples=int(cells.sum()),
-        fit_percent=fit_percent(traces),
+        fit_percent=fit_percent(traces) if _varies(traces) else float("nan"),
         rmse_rad_s=float(np.sqrt((off**2).mean())),
         rmse_counts=float(np.sqrt(square)) if recording.measured == "count" else float("nan"),
         chi2_per_sample=square / packed.observation.floor,
     )
+
+
+def _varies(traces: tuple[Trace, ...]) -> bool:
+    measured = np.concatenate([trace.measured_rad_s for trace in traces])
+    return bool(np.ptp(measured) > 1e-9 * np.abs(measured).max())

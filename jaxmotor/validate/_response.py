@@ -51,9 +51,33 @@ def response(curve: Float[Array, " n"], rows: Rows, half: Int[Array, ""]) -> Res
 
 
 @eqx.filter_jit
-def responses(curves: Float[Array, "batch n"], rows: Rows, half: Int[Array, ""]) -> Response:
-    """`response` of each curve."""
+def _responses(curves: Float[Array, "batch n"], rows: Rows, half: Int[Array, ""]) -> Response:
     return jax.vmap(response, (0, None, None))(curves, rows, half)
+
+
+class Measures(NamedTuple):
+    """`Response` of many curves as numpy arrays (curve,)."""
+
+    rise_time: np.ndarray
+    overshoot: np.ndarray
+    final: np.ndarray
+
+    def of(self, curves: slice) -> "Measures":
+        """Those of some of the curves."""
+        return Measures(*(values[curves] for values in self))
+
+
+def measure(curves: np.ndarray, rows: Rows) -> Measures:
+    """Rise time, overshoot and final speed of each of `curves` (curve, n) [rad/s].
+
+    All are smoothed over a quarter of the rise time of the first, which has no noise.
+    """
+    # Whole blocks, so that few shapes are compiled.
+    blocks = jnp.asarray(np.concatenate([curves, np.zeros((-len(curves) % 64, curves.shape[1]))]))
+    first = _responses(blocks, rows, jnp.asarray(0))
+    half = _smoothing(float(first.rise_time[0]), rows)
+    every = _responses(blocks, rows, jnp.asarray(half))
+    return Measures(*(np.asarray(values)[: len(curves)] for values in every))
 
 
 def _smooth(curve: Float[Array, " n"], used: Bool[Array, " n"], half: Int[Array, ""]) -> Float[Array, " n"]:
@@ -85,7 +109,7 @@ def tail_of(plateau: np.ndarray) -> np.ndarray:
     return tail
 
 
-def smoothing(rise_time: float, rows: Rows) -> int:
+def _smoothing(rise_time: float, rows: Rows) -> int:
     """Rows on either side to smooth over: a quarter of the rise time in all, at most a tenth of the rows."""
     if not np.isfinite(rise_time):
         return 0

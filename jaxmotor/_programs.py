@@ -1,0 +1,88 @@
+"""Programs that start fast: what JAX traced is kept on disk beside what it compiled.
+
+JAX's compilation cache saves the compiler's time but not that of tracing and lowering, which is most of a second run.
+Where a compilation cache is set, a program's exported form goes into the same folder and is called from there.
+"""
+
+import functools
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import export
+
+from jaxmotor._files import replacing
+
+Arrays = dict[str, jax.Array]
+PACKAGE = Path(__file__).parent
+# Calls of LAPACK that JAX does not promise to keep from one version to the next; the key names the version.
+UNPROMISED = [export.DisabledSafetyCheck.custom_call(f"lapack_{kind}ormqr_ffi") for kind in "sd"]
+
+
+def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
+    """`function` of PyTrees, jitted; it returns arrays by name. Leaves that are no arrays choose the program."""
+    jitted = eqx.filter_jit(function)
+
+    @functools.wraps(function)
+    def call(*arguments: Any) -> Arrays:
+        folder = jax.config.values["jax_compilation_cache_dir"]
+        if folder is None:
+            return jitted(*arguments)
+        dynamic, static = eqx.partition(arguments, eqx.is_array)
+        leaves, tree = jax.tree.flatten(dynamic)
+
+        def flat(leaves: list[jax.Array]) -> Arrays:
+            return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
+
+        path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.traced"
+        return _called(path, flat, leaves)(leaves)
+
+    return call
+
+
+def _called(path: Path, flat: Callable[[list[jax.Array]], Arrays], leaves: list[jax.Array]) -> Callable[..., Arrays]:
+    """The exported form in `path`, made first where there is none that can be read."""
+    ready = _ready(str(path))
+    if not ready:
+        try:
+            exported = export.deserialize(bytearray(path.read_bytes()))
+        except (OSError, ValueError, RuntimeError, TypeError):
+            exported = export.export(jax.jit(flat), disabled_checks=UNPROMISED)(leaves)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with replacing(path) as part:
+                part.write_bytes(exported.serialize())
+        ready.append(jax.jit(exported.call))
+    return ready[0]
+
+
+@functools.lru_cache(maxsize=128)
+def _ready(path: str) -> list[Callable[..., Arrays]]:
+    """What this process already has of `path`."""
+    del path
+    return []
+
+
+def _key(function: Callable[..., Arrays], static: Any, tree: Any, leaves: list[jax.Array]) -> str:
+    shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
+    about = (
+        function.__module__,
+        str(tree),
+        str(static),
+        shapes,
+        np.dtype(jnp.result_type(float)),
+        jax.default_backend(),
+    )
+    return hashlib.sha256(repr((*about, _sources())).encode()).hexdigest()[:32]
+
+
+@functools.cache
+def _sources() -> str:
+    """Of which version the program is: JAX's, and this package's files."""
+    files = [path for layer in ("motor", "estimate") for path in sorted((PACKAGE / layer).rglob("*.py"))]
+    stamps = [(path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in files]
+    return repr((jax.__version__, stamps))

@@ -1,0 +1,155 @@
+"""`jaxmotor validate`: a model against segments that it was not fitted to."""
+
+from __future__ import annotations
+
+import json as json_module
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from jaxmotor.validate import ClosedLoop, Comparison, Interval, OpenLoop, Score, StepTrials, Validation
+
+MOST_SEGMENTS = 20
+"""Segments of which the open-loop scores are printed one by one."""
+
+
+def validate_command(
+    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="Model that identify wrote.")],
+    recording: Annotated[Path, typer.Argument(metavar="REC.csv", help="Recording to hold it against.")],
+    json: Annotated[bool, typer.Option("--json", help="One JSON object on one line.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Write the figures here.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws parameters and encoder offsets.")] = 0,
+) -> None:
+    """Hold a model against data that it was not fitted to: open loop, mean of step trials, closed loop."""
+    from jaxmotor.recording import read
+
+    measured = read(recording)
+    from jaxmotor.cli._runtime import use_compilation_cache
+
+    use_compilation_cache()
+    from jaxmotor.estimate import read_model
+    from jaxmotor.validate import to_json, validate
+
+    validation = validate(read_model(model), measured, seed=seed)
+    written = []
+    if output is not None:
+        from jaxmotor.cli._folder import make_folder
+        from jaxmotor.present import write_validation
+
+        make_folder(output)
+        written = write_validation(validation, measured, output)
+    if json:
+        typer.echo(json_module.dumps(to_json(validation)))
+        return
+    typer.echo(validation_text(validation, written))
+
+
+def validation_text(validation: Validation, written: list[Path]) -> str:
+    """What `jaxmotor validate` prints."""
+    lines = [f"{validation.recording} against {Path(validation.model.source).name}", *_segments(validation)]
+    if validation.open_loop is not None:
+        lines += _open_loop(validation.open_loop)
+    for steps in validation.steps:
+        lines += _steps(steps)
+    for loop in validation.closed_loop:
+        lines += _closed_loop(loop)
+    notes = [*validation.notes, *(note for loop in validation.closed_loop for note in loop.notes)]
+    lines += [f"  note: {note}" for note in notes]
+    lines += [f"  wrote {path}" for path in written]
+    return "\n".join(lines)
+
+
+def _segments(validation: Validation) -> list[str]:
+    from jaxmotor.cli._text import ranges
+
+    fitted = ranges(validation.fitted) if validation.fitted else "none"
+    lines = [f"  segments scored: {ranges(validation.scored)}; fitted, so not scored: {fitted}"]
+    reasons: dict[str, list[int]] = {}
+    for skipped in validation.skipped:
+        reasons.setdefault(skipped.reason, []).append(skipped.segment)
+    return lines + [f"  not scored: {ranges(tuple(indices))}, {reason}" for reason, indices in reasons.items()]
+
+
+def _open_loop(open_loop: OpenLoop) -> list[str]:
+    floor = "the encoder's rounding" if open_loop.floor_known else "the noise, estimated from the data"
+    lines = [
+        "",
+        f"  open loop (free simulation; chi2 per sample, 1 = {floor})",
+        f"    all         {_score(open_loop.pooled)}",
+    ]
+    if 1 < len(open_loop.segments) <= MOST_SEGMENTS:
+        lines += [f"    segment {index:<3d} {_score(score)}" for index, score in open_loop.segments.items()]
+    if open_loop.initial_speed_estimated:
+        from jaxmotor.cli._text import ranges
+
+        lines.append(f"    initial speed estimated in {ranges(open_loop.initial_speed_estimated)}")
+    return lines
+
+
+def _score(score: Score) -> str:
+    fit = f"fit {score.fit_percent:5.1f} %" if math.isfinite(score.fit_percent) else "fit     -  "
+    counts = f", {score.rmse_counts:.3g} counts" if math.isfinite(score.rmse_counts) else ""
+    return f"{fit}  RMSE {score.rmse_rad_s:.3g} rad/s{counts}  chi2 {score.chi2_per_sample:.3g}"
+
+
+def _steps(steps: StepTrials) -> list[str]:
+    from jaxmotor.cli._text import ranges
+
+    trials = f"mean of {steps.trials} trials" if steps.trials > 1 else "one trial"
+    return [
+        "",
+        f"  step to {steps.amplitude_V:.3g} V, {trials} (segments {ranges(steps.segments)})",
+        f"    model inside the measured band in {steps.inside_percent:.1f} % of {len(steps.time_s)} rows",
+        *_table(
+            [
+                ("rise time [ms]", steps.rise_time_s, 1e3),
+                ("final speed [rad/s]", steps.final_speed_rad_s, 1.0),
+            ]
+        ),
+    ]
+
+
+def _closed_loop(loop: ClosedLoop) -> list[str]:
+    integral = f" + {loop.integral_gain_V_rad:.3g} V/rad" if loop.kind == "PI" else ""
+    gains = f"{loop.kind} {loop.gain_V_s_rad:.3g} V s/rad{integral}"
+    theory, offset = loop.theory_error_rad_s, loop.theory_error_with_offset_rad_s
+    beside = f", {offset:.4g} with the voltage offset" if abs(offset - theory.value) > 1e-3 * abs(offset) else ""
+    return [
+        "",
+        f"  closed loop, segment {loop.segment}: {gains}, reference {loop.reference_rad_s:.4g} rad/s",
+        f"    measured inside the predicted band: speed in {loop.speed_inside_percent:.1f} %, voltage in "
+        f"{loop.volts_inside_percent:.1f} % of {len(loop.time_s)} ticks",
+        *_table(
+            [
+                ("rise time [ms]", loop.rise_time_s, 1e3),
+                ("overshoot [%]", loop.overshoot_percent, 1.0),
+                ("steady speed [rad/s]", loop.steady_speed_rad_s, 1.0),
+                ("steady error [rad/s]", loop.steady_error_rad_s, 1.0),
+                ("saturated [% of ticks]", loop.saturated_percent, 1.0),
+            ]
+        ),
+        f"    theory (eq. 21) gives a steady error of {_interval(theory, 1.0)} rad/s{beside}",
+    ]
+
+
+def _table(rows: list[tuple[str, Comparison, float]]) -> list[str]:
+    lines = [f"    {'':24}{'measured':28}predicted"]
+    for name, comparison, factor in rows:
+        mark = {True: "", False: "  outside", None: ""}[comparison.inside]
+        measured, predicted = _interval(comparison.measured, factor), _interval(comparison.predicted, factor)
+        lines.append(f"    {name:24}{measured:28}{predicted}{mark}")
+    return lines
+
+
+def _interval(interval: Interval, factor: float) -> str:
+    value, low, high = (factor * number for number in interval)
+    if not math.isfinite(value):
+        return "-"
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return f"{value:.4g}"
+    return f"{value:.4g} [{low:.4g}, {high:.4g}]"

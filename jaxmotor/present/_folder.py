@@ -1,0 +1,81 @@
+"""What an identification and a validation leave in a folder: the model and the figures that fit them."""
+
+import json
+import math
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from jaxmotor._files import write_text
+from jaxmotor.estimate import Fit, to_json
+from jaxmotor.present._bode import bode, bode_models
+from jaxmotor.present._fit import residuals, simulation
+from jaxmotor.present._open_and_closed import controller, step_trials
+from jaxmotor.present._save import save
+from jaxmotor.present._sine import position_drift, sine_fit
+from jaxmotor.recording import Recording
+from jaxmotor.validate import Validation
+
+PAPER_SINE_HZ = 5.0
+"""The sine of the paper's Fig. 6 and 7; the nearest one is drawn."""
+
+
+def write_fit(fit: Fit, recording: Recording, folder: Path) -> list[Path]:
+    """Write the model (`NAME.json`) and the figures of `fit` (`NAME-*.png`) into `folder`, and return their paths."""
+    stem = Path(recording.name).stem
+    model = folder / f"{stem}.json"
+    write_text(model, json.dumps(to_json(fit), indent=2) + "\n")
+    return [model, *_write({f"{stem}-{name}": figure for name, figure in fit_figures(fit, recording).items()}, folder)]
+
+
+def write_validation(validation: Validation, recording: Recording, folder: Path) -> list[Path]:
+    """Write the figures of `validation` (`NAME-*.png`) into `folder`, and return their paths."""
+    stem = Path(recording.name).stem
+    figures = validation_figures(validation, recording)
+    return _write({f"{stem}-{name}": figure for name, figure in figures.items()}, folder)
+
+
+def fit_figures(fit: Fit, recording: Recording) -> dict[str, Figure]:
+    """The figures that `fit` has the data for, by name."""
+    figures = {"simulation": simulation(fit, recording), "residuals": residuals(fit, recording)}
+    if fit.frequency_response is not None:
+        figures["bode"] = bode(fit.frequency_response)
+        figures["models"] = bode_models(fit.frequency_response, [fit])
+    sine = nearest_sine(fit, recording)
+    if sine is not None:
+        pole = float(fit.motor.pole)
+        figures["sine"] = sine_fit(recording, sine, pole_rad_s=pole)
+        if recording.measured != "speed":
+            figures["drift"] = position_drift(recording, sine, pole_rad_s=pole)
+    return figures
+
+
+def validation_figures(validation: Validation, recording: Recording) -> dict[str, Figure]:
+    """The figures that `validation` has the data for, by name."""
+    figures = {}
+    if validation.open_loop is not None:
+        figures["open-loop"] = simulation(validation.open_loop, recording)
+    for number, trials in enumerate(validation.steps, 1):
+        figures[f"step-{number}"] = step_trials(trials)
+    for loop in validation.closed_loop:
+        figures[f"closed-loop-{loop.segment}"] = controller(loop)
+    return figures
+
+
+def nearest_sine(fit: Fit, recording: Recording) -> int | None:
+    """The fitted sine segment whose frequency is nearest to the paper's; None where there is none."""
+    frequencies = {
+        index: float(recording.segments[index].parameters["frequency_Hz"])
+        for index in fit.fitted
+        if recording.segments[index].kind == "sine" and "frequency_Hz" in recording.segments[index].parameters
+    }
+    if not frequencies:
+        return None
+    return min(frequencies, key=lambda index: abs(math.log(frequencies[index] / PAPER_SINE_HZ)))
+
+
+def _write(figures: dict[str, Figure], folder: Path) -> list[Path]:
+    paths = [folder / f"{name}.png" for name in figures]
+    for path, figure in zip(paths, figures.values(), strict=True):
+        save(figure, path)
+    return paths

@@ -1,0 +1,54 @@
+"""Validations as figures: what `jaxmotor.validate` found, drawn."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from jaxmotor.present._validation import Compared, closed_loop, step
+from jaxmotor.validate import ClosedLoop, StepTrials
+
+
+def step_trials(trials: StepTrials) -> Figure:
+    """The mean of the trials of one step with its band, beside the model (Fig. 10)."""
+    number = trials.trials
+    several = number > 1
+    return step(
+        Compared(
+            trials.time_s,
+            trials.measured.mean,
+            trials.predicted.mean,
+            _band(trials.measured.low, trials.measured.high),
+            _band(trials.predicted.low, trials.predicted.high),
+        ),
+        title=f"step of {trials.amplitude_V:.3g} V, segments not fitted",
+        measured_label=f"mean of {number} trials" if several else "measured, one trial",
+        band_label="95 % of the mean" if several else "95 %, encoder alone",
+    )
+
+
+def controller(loop: ClosedLoop) -> Figure:
+    """Speed and control effort of a closed loop, beside the model's (Fig. 12)."""
+    gain = f"k = {loop.gain_V_s_rad:.3g} V s/rad"
+    if loop.integral_gain_V_rad:
+        gain += f", {loop.integral_gain_V_rad:.3g} V/rad"
+    return closed_loop(
+        Compared(
+            loop.time_s,
+            loop.measured_speed_rad_s,
+            loop.speed.mean,
+            predicted_band=_band(loop.speed.low, loop.speed.high),
+        ),
+        Compared(
+            loop.time_s,
+            loop.measured_volts_V,
+            loop.volts.mean,
+            predicted_band=_band(loop.volts.low, loop.volts.high),
+            held=True,
+        ),
+        reference_rad_s=loop.reference_rad_s,
+        limit_V=loop.limit_V if np.isfinite(loop.limit_V) else None,
+        title=f"{loop.kind} control, {gain}, segment {loop.segment}, not fitted",
+    )
+
+
+def _band(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    return (low, high) if np.isfinite(low).any() and np.isfinite(high).any() else None

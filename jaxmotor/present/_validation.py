@@ -1,0 +1,169 @@
+"""Predicted beside measured on data that were not fitted: open loop and closed loop (the paper's Fig. 10 and 12).
+
+The figures take plain arrays, so that whoever predicts need not know how it is drawn.
+"""
+
+import dataclasses
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor.present._style import (
+    BAND,
+    BLACK,
+    BLUE,
+    EXACT,
+    GREY,
+    HATCHED,
+    REFERENCE,
+    Look,
+    legend_above,
+    panels,
+    plain,
+    styled,
+)
+
+SYMBOLS = ((60, 3.0), (150, 1.8), (10**9, 1.2))
+"""Size of the symbols [pt] for up to so many rows."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Compared:
+    """One signal, measured and predicted at the same rows; all arrays have the length n >= 1 of `time_s`.
+
+    NaN stands for what was not measured, or is not predicted.
+    """
+
+    time_s: np.ndarray
+    """(n,) since the segment's first row [s]."""
+    measured: np.ndarray
+    """(n,) in the unit of the figure's axis: a speed [rad/s], a voltage [V]."""
+    predicted: np.ndarray
+    """(n,) in the same unit."""
+    measured_band: tuple[np.ndarray, np.ndarray] | None = None
+    """Lower and upper end (n,), for instance of the mean of the trials at 95 %."""
+    predicted_band: tuple[np.ndarray, np.ndarray] | None = None
+    """Lower and upper end (n,), of what the model expects to be measured."""
+    held: bool = False
+    """Each value holds until the next row, as a voltage does."""
+
+    def __post_init__(self) -> None:
+        bands = [*(self.measured_band or ()), *(self.predicted_band or ())]
+        shapes = {np.shape(values) for values in (self.time_s, self.measured, self.predicted, *bands)}
+        if len(shapes) != 1 or len(shapes.pop()) != 1 or len(self.time_s) == 0:
+            raise JaxmotorError("a comparison needs arrays of one length, at least one row long")
+
+
+@styled
+def step(
+    compared: Compared,
+    *,
+    title: str = "",
+    measured_label: str = "measured",
+    predicted_label: str = "predicted",
+    band_label: str = "95 % of the mean",
+    predicted_band_label: str = "95 % of the prediction",
+) -> Figure:
+    """Speed after a step, the mean of the trials with its band beside the prediction, and their difference below."""
+    labels = (measured_label, predicted_label, band_label, predicted_band_label)
+    figure, axes = panels(2, 3.6, heights=(3, 1.5))
+    speed, left = axes[:, 0]
+    _draw(speed, compared, labels)
+    speed.set_ylabel("Speed (rad/s)")
+    _legend(figure, speed, title)
+    _draw_left(left, compared)
+    left.set(xlabel="Time (s)", ylabel="Measured less\npredicted (rad/s)")
+    return figure
+
+
+@styled
+def closed_loop(
+    speed: Compared,
+    effort: Compared,
+    *,
+    reference_rad_s: float | int | np.ndarray | None = None,
+    limit_V: float | int | None = None,
+    title: str = "",
+    measured_label: str = "measured",
+    predicted_label: str = "predicted",
+    band_label: str = "95 % of the measured",
+    predicted_band_label: str = "95 % of the prediction",
+) -> Figure:
+    """Speed and control effort [V] of a closed loop, measured beside predicted.
+
+    `reference_rad_s` is one speed or one for each row; `limit_V` is where the drive saturates.
+    """
+    labels = (measured_label, predicted_label, band_label, predicted_band_label)
+    figure, axes = panels(2, 4.0, heights=(3, 2))
+    upper, lower = axes[:, 0]
+    _draw(upper, speed, labels)
+    if reference_rad_s is not None:
+        reference = np.broadcast_to(np.asarray(reference_rad_s, dtype=float), speed.time_s.shape)
+        upper.plot(speed.time_s, reference, label="reference", drawstyle="steps-post", **REFERENCE)
+    upper.set_ylabel("Speed (rad/s)")
+    _legend(figure, upper, title)
+    _draw(lower, effort, labels)
+    if limit_V is not None:
+        for sign in _signs(effort):
+            lower.axhline(sign * limit_V, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8)
+        end = (1.0, _signs(effort)[0] * limit_V)
+        look = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right", "fontsize": 7}
+        lower.annotate("the drive's limit", end, xytext=(0, 2), **look)
+    lower.set(xlabel="Time (s)", ylabel="Control effort (V)")
+    lower.margins(y=0.12)
+    return figure
+
+
+def _draw(ax: Axes, compared: Compared, labels: tuple[str, str, str, str]) -> None:
+    measured, predicted, band, predicted_band = map(plain, labels)
+    time = compared.time_s
+    step = "post" if compared.held else None
+    draw = "steps-post" if compared.held else "default"
+    if compared.measured_band is not None:
+        ax.fill_between(time, *compared.measured_band, step=step, label=band, **BAND)
+    if compared.predicted_band is not None:
+        ax.fill_between(time, *compared.predicted_band, step=step, label=predicted_band, **HATCHED)
+    ax.plot(time, compared.predicted, drawstyle=draw, label=predicted, **{**EXACT, "linewidth": 1.8})
+    # Over the prediction, and thinner: both stay visible where they agree.
+    look = {**_dots(compared), "linestyle": "-", "linewidth": 0.5}
+    ax.plot(time, compared.measured, drawstyle=draw, label=measured, **look)
+    ax.margins(x=0.01)
+
+
+def _draw_left(ax: Axes, compared: Compared) -> None:
+    """Measured minus predicted, with both bands around zero as far as they are known."""
+    if compared.measured_band is not None:
+        low, high = (end - compared.measured for end in compared.measured_band)
+        ax.fill_between(compared.time_s, low, high, **BAND)
+    if compared.predicted_band is not None:
+        low, high = (end - compared.predicted for end in compared.predicted_band)
+        ax.fill_between(compared.time_s, low, high, **HATCHED)
+    ax.axhline(0, color=BLUE, linewidth=0.8)
+    ax.plot(compared.time_s, compared.measured - compared.predicted, **_dots(compared))
+
+
+def _dots(compared: Compared) -> Look:
+    return Look(
+        color=BLACK,
+        linestyle="none",
+        marker="o",
+        markersize=next(size for rows, size in SYMBOLS if len(compared.time_s) <= rows),
+        markerfacecolor="white",
+    )
+
+
+def _legend(figure: Figure, ax: Axes, title: str) -> None:
+    labels = ax.get_legend_handles_labels()[1]
+    legend_above(ax, columns=2 if len(labels) == 4 else 3)
+    if title:
+        figure.suptitle(plain(title, 80), fontsize=8, x=0.02, ha="left")
+
+
+def _signs(effort: Compared) -> tuple[float, ...]:
+    """Of the limits that the effort comes near."""
+    largest = max(np.nanmax(effort.measured, initial=0.0), np.nanmax(effort.predicted, initial=0.0))
+    smallest = min(np.nanmin(effort.measured, initial=0.0), np.nanmin(effort.predicted, initial=0.0))
+    signs = [1.0] if largest >= -smallest else [-1.0]
+    return tuple(signs if min(largest, -smallest) < 0.5 * max(largest, -smallest) else [1.0, -1.0])

@@ -1,0 +1,143 @@
+"""A model against a recording: which segments may be scored, and each scored in its way."""
+
+from typing import NamedTuple
+
+import jax
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor._precision import in_float64
+from jaxmotor.estimate import Model, fingerprint
+from jaxmotor.recording import Recording, check_jumps, check_output, lost_ticks, warn_sign
+from jaxmotor.validate._closed_loop import validate_closed_loop
+from jaxmotor.validate._controller import Controller, controller_of
+from jaxmotor.validate._draws import relative_root
+from jaxmotor.validate._open_loop import has_pieces, score_open_loop
+from jaxmotor.validate._steps import validate_steps
+from jaxmotor.validate._trials import group_steps
+from jaxmotor.validate._validation import Skipped, Validation
+
+SIMULATIONS = 256
+LEAST_SIMULATIONS = 64
+VALUES = 8_000_000
+"""Numbers that the simulations of one segment may hold; long segments get fewer simulations."""
+
+
+class _Plan(NamedTuple):
+    """What is done with each segment."""
+
+    fitted: tuple[int, ...]
+    skipped: tuple[Skipped, ...]
+    open_loop: tuple[int, ...]
+    closed_loop: dict[int, Controller]
+    notes: tuple[str, ...]
+
+
+@in_float64
+def validate(model: Model, recording: Recording, *, seed: int = 0, simulations: int = SIMULATIONS) -> Validation:
+    """Hold `model` against those segments of `recording` that it was not fitted to.
+
+    Open loop: every segment but rests and closed loops. Steps: trials of equal voltages, averaged. Closed loop: the
+    controller in the header run on the model. `seed` draws the parameters and encoder offsets of `simulations` runs
+    (at least 64) behind each band.
+
+    **Raises:** `JaxmotorError`, one sentence, where the recording is damaged or nothing in it may be scored.
+    """
+    if simulations < LEAST_SIMULATIONS:
+        raise JaxmotorError(f"{simulations} simulations give no 95 % band; ask for {LEAST_SIMULATIONS} or more")
+    check_output(recording)
+    check_jumps(recording)
+    relative_root(model)
+    plan = _plan(model, recording)
+    _something_left(recording, plan)
+    simulations = _affordable(recording, simulations)
+    key = jax.random.key(seed)
+    steps = group_steps(recording, plan.open_loop)
+    return Validation(
+        model=model,
+        recording=recording.name,
+        fitted=plan.fitted,
+        scored=tuple(sorted((*plan.open_loop, *plan.closed_loop))),
+        skipped=plan.skipped,
+        open_loop=score_open_loop(model, recording, plan.open_loop) if plan.open_loop else None,
+        steps=tuple(
+            validate_steps(model, recording, group, jax.random.fold_in(key, group[0]), simulations) for group in steps
+        ),
+        closed_loop=tuple(
+            validate_closed_loop(model, recording, index, controller, jax.random.fold_in(key, index), simulations)
+            for index, controller in plan.closed_loop.items()
+        ),
+        seed=seed,
+        simulations=simulations,
+        notes=(*_notes(model, recording, plan), *plan.notes),
+    )
+
+
+def _plan(model: Model, recording: Recording) -> _Plan:
+    fitted, skipped, open_loop, notes = [], [], [], []
+    closed_loop: dict[int, Controller] = {}
+    for index, segment in enumerate(recording.segments):
+        reason = _unscorable(recording, index)
+        if fingerprint(recording, index) in model.fitted:
+            fitted.append(index)
+        elif reason is not None:
+            skipped.append(Skipped(index, segment.kind, reason))
+        elif segment.kind != "closed_loop":
+            open_loop.append(index)
+        elif isinstance(controller := controller_of(recording, index), Controller):
+            closed_loop[index] = controller
+        else:
+            open_loop.append(index)
+            notes.append(
+                f"segment {index} is a closed loop that cannot be simulated ({controller}); it is scored in open loop "
+                "under the voltage that was logged"
+            )
+    return _Plan(tuple(fitted), tuple(skipped), tuple(open_loop), closed_loop, tuple(notes))
+
+
+def _unscorable(recording: Recording, index: int) -> str | None:
+    """Why a segment cannot be scored; None where it can."""
+    segment = recording.segments[index]
+    if segment.kind == "rest":
+        return "the motor rests"
+    if len(segment) < 2:
+        return "it has one row only"
+    if not has_pieces(recording, index):
+        return "it is too short, or lost too many ticks, to show a speed"
+    return None
+
+
+def _something_left(recording: Recording, plan: _Plan) -> None:
+    if plan.open_loop or plan.closed_loop:
+        return
+    if plan.fitted:
+        raise JaxmotorError(
+            f"{recording.source}: every segment that could be scored was fitted, so nothing is left to validate on; "
+            "hold some out (jaxmotor identify --hold-out), or validate on another recording of the motor"
+        )
+    reasons = "; ".join(f"segment {skipped.segment}: {skipped.reason}" for skipped in plan.skipped[:3])
+    raise JaxmotorError(f"{recording.source}: no segment can be scored ({reasons}); record steps or sines")
+
+
+def _affordable(recording: Recording, simulations: int) -> int:
+    longest = max(len(segment) + lost_ticks(segment) for segment in recording.segments)
+    return max(LEAST_SIMULATIONS, min(simulations, VALUES // longest))
+
+
+def _notes(model: Model, recording: Recording, plan: _Plan) -> list[str]:
+    notes = warn_sign(recording)
+    if not model.fitted:
+        notes.append(
+            "the model file does not say which data it was fitted to; if they are in this recording, these scores "
+            "are not of held-out data"
+        )
+    elif not plan.fitted and model.recording == recording.name:
+        notes.append(
+            "the model comes from a recording of this name, but none of its segments is found again; if the data "
+            "were edited since, these scores are not of held-out data"
+        )
+    if model.offset_V:
+        notes.append(
+            f"every simulation includes the voltage offset of {1e3 * model.offset_V:.3g} mV of the rig that the model "
+            "was identified on"
+        )
+    return notes
