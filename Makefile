@@ -1,22 +1,41 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-BENCHMARKS := startup efficiency
+BENCHMARKS := startup efficiency real_data
 
-.PHONY: demo test lint types bench clean help
+TOOLCHAIN := gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev
+
+.PHONY: demo test lint types bench firmware flash toolchain clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo    install into $(VENV) and identify the bundled recording; says where the figures are"
 	@echo "make test    install what the tests need; lint, types, all tests"
 	@echo "make bench   the benchmarks, each with its table (minutes)"
+	@echo "make firmware             the board's program and the emulated bench (needs $(TOOLCHAIN))"
+	@echo "make flash PORT=/dev/...  put the program on an Arduino Nano"
 	@echo "make clean   remove $(VENV) and build products"
 
 demo: $(VENV)/.installed
 	$(BIN)/jaxmotor demo
 
-test: lint types
+test: lint types toolchain
 	$(BIN)/python -m pytest -n auto
+
+# The firmware's tests run where its compiler and emulator can be installed; elsewhere they skip and say so.
+toolchain:
+	@if command -v avr-gcc >/dev/null && [ -e /usr/include/simavr/sim_avr.h ]; then :; \
+	elif command -v apt-get >/dev/null && { [ "$$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }; then \
+	  as_root=$$([ "$$(id -u)" = 0 ] || echo sudo); \
+	  { $$as_root apt-get update -qq && $$as_root apt-get install -y -qq --no-install-recommends $(TOOLCHAIN); } \
+	    >/dev/null 2>&1 || echo "could not install $(TOOLCHAIN): the firmware's tests will skip"; \
+	else echo "without $(TOOLCHAIN) the firmware's tests skip; install them to run those too"; fi
+
+firmware:
+	$(MAKE) -C firmware
+
+flash:
+	$(MAKE) -C firmware flash PORT=$(PORT)
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .
@@ -43,4 +62,5 @@ $(VENV)/.installed-dev: pyproject.toml | $(VENV)/bin/python
 	@touch $@ $(VENV)/.installed
 
 clean:
+	$(MAKE) -C firmware clean
 	rm -rf $(VENV) build dist demo .pytest_cache .ruff_cache .hypothesis

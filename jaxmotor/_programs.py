@@ -36,7 +36,7 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
         dynamic, static = eqx.partition(arguments, eqx.is_array)
         leaves, tree = jax.tree.flatten(dynamic)
 
-        def flat(leaves: list[jax.Array]) -> Arrays:
+        def flat(leaves: list[Any]) -> Arrays:
             return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
 
         path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.traced"
@@ -45,7 +45,7 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
     return call
 
 
-def _called(path: Path, flat: Callable[[list[jax.Array]], Arrays], leaves: list[jax.Array]) -> Callable[..., Arrays]:
+def _called(path: Path, flat: Callable[[list[Any]], Arrays], leaves: list[Any]) -> Callable[..., Arrays]:
     """The exported form in `path`, made first where there is none that can be read."""
     ready = _ready(str(path))
     if not ready:
@@ -67,7 +67,7 @@ def _ready(path: str) -> list[Callable[..., Arrays]]:
     return []
 
 
-def _key(function: Callable[..., Arrays], static: Any, tree: Any, leaves: list[jax.Array]) -> str:
+def _key(function: Callable[..., Arrays], static: Any, tree: Any, leaves: list[Any]) -> str:
     shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
     about = (
         function.__module__,

@@ -12,7 +12,7 @@ from jaxmotor.estimate._electrical import electrical_share
 from jaxmotor.estimate._fingerprint import fingerprint
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.estimate._judge import Judgement, judge
+from jaxmotor.estimate._judge import EVIDENCE, Judgement, judge
 from jaxmotor.estimate._lanes import Packed, pack
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
@@ -182,7 +182,7 @@ def _settled(estimate: _Estimate) -> bool:
 
 
 def _second_order(recording: Recording, problem: Problem, first: _Estimate, seed: int, notes: list[str]) -> _Estimate:
-    """The second-order fit where the data show an electrical time constant, else the first-order one and a note."""
+    """The second-order fit where its time constant is seen at all, else the first-order one; and a note on it."""
     start = np.append(np.asarray(first.solution.psi), np.log(0.3 * float(np.min(problem.lanes.duration))))
     second = _shown(recording, problem, start, seed)
     if second is None:
@@ -192,9 +192,12 @@ def _second_order(recording: Recording, problem: Problem, first: _Estimate, seed
         return first
     tau = float(np.exp(second.solution.psi[3]))
     frequency, share = electrical_share(recording, tau)
+    doubt = ""
+    if second.errors.evidence > EVIDENCE and abs(float(second.errors.allowance[3])) > 0.3:
+        doubt = "; a delay or friction would look alike, so it may not be electrical"
     notes.append(
-        f"the recording shows an electrical time constant of {1e3 * tau:.3g} ms: the first-order model neglects "
-        f"2 pi f L/R (eq. 10), here {share:.3g} at {frequency:g} Hz"
+        f"a time constant of {1e3 * tau:.3g} ms is seen, which the first-order model neglects: 2 pi f L/R (eq. 10) is "
+        f"{share:.3g} at {frequency:g} Hz{doubt}"
     )
     return second
 

@@ -32,6 +32,8 @@ from jaxmotor.estimate._trajectory import (
 
 REDRAWS = 150
 """Random encoder offsets drawn for `requantised`."""
+LEAST_REST = 1e-3
+"""Part of a missing effect's square that gain, pole and offset must leave over for it to be fitted."""
 
 
 class Uncertainty(NamedTuple):
@@ -161,21 +163,28 @@ def _requantised(jacobian, extra, starts, inverse, held, own, solution: Solution
         errors = (jnp.floor(after + offset) - after) - (jnp.floor(position + offset) - position)
         score = jnp.einsum("clr,lr->c", weights, errors)
         amount = score[size:] - held.T @ score[:size]
-        return inverse @ score[:size], amount @ solve_normal(own, amount)
+        return inverse @ score[:size], jnp.where(jnp.diag(own) > 0, amount, 0.0) @ solve_normal(own, amount)
 
     moved, evidence = jax.lax.map(draw, jax.random.split(key, REDRAWS))
     return moved.T @ moved / REDRAWS * jnp.maximum(chi2, 1.0), evidence.mean()
 
 
 def _against(jacobian, extra, normal) -> tuple[Float[Array, "p e"], Float[Array, "e e"]]:
-    """What of `extra` the parameters can do, and the information on the rest."""
+    """What of `extra` the parameters can do, and the information on the rest.
+
+    A column that the parameters can do almost wholly (friction in one direction is an offset) has no rest: it
+    would be fitted with any amount.
+    """
     across = jnp.einsum("lrp,lre->pe", jacobian, extra)
     held = solve_normal(normal, across)
-    return held, jnp.einsum("lre,lrf->ef", extra, extra) - across.T @ held
+    whole = jnp.einsum("lre,lrf->ef", extra, extra)
+    own = whole - across.T @ held
+    kept = jnp.diag(own) > LEAST_REST * jnp.diag(whole)
+    return held, jnp.where(jnp.outer(kept, kept), own, 0.0)
 
 
 def _amount(extra, error, own) -> tuple[Float[Array, " e"], Float[Array, ""]]:
     """Best amounts of `extra` for the residual `error`, and the drop of its sum of squares."""
     score = jnp.einsum("lre,lr->e", extra, error)
-    amount = solve_normal(own, score)
+    amount = jnp.where(jnp.diag(own) > 0, solve_normal(own, score), 0.0)
     return amount, score @ amount

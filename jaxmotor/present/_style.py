@@ -93,7 +93,7 @@ def _settle(figure: Figure) -> None:
     layout.execute(figure)
     for ax in figure.axes:
         for axis in (ax.xaxis, ax.yaxis):
-            axis.set_major_locator(FixedLocator(axis.get_majorticklocs()))
+            axis.set_major_locator(FixedLocator(axis.get_majorticklocs().tolist()))
     layout.execute(figure)
     figure.set_layout_engine("none")
 

@@ -1,0 +1,88 @@
+"""The model file: what is written is read, and anything else is a sentence."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from made import recording
+
+from jaxmotor import JaxmotorError, identify, read_model
+from jaxmotor.estimate import fingerprint, to_json
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return identify(recording(0), hold_out=[3])
+
+
+def stored(folder: Path, text: str) -> Path:
+    path = folder / "model.json"
+    path.write_text(text)
+    return path
+
+
+def test_round_trip(fit, tmp_path):
+    model = read_model(stored(tmp_path, json.dumps(to_json(fit))))
+    assert float(model.motor.gain) == float(fit.motor.gain) and float(model.motor.pole) == float(fit.motor.pole)
+    np.testing.assert_array_equal(model.covariance, fit.covariance)
+    assert model.offset_V == fit.offset_V and model.period_s == 0.005
+    made = recording(0)
+    assert fingerprint(made, 0) in model.fitted and fingerprint(made, 3) not in model.fitted
+
+
+def test_a_segment_is_known_again_wherever_its_counter_stood(fit):
+    import dataclasses
+
+    made = recording(0)
+    moved = dataclasses.replace(made.segments[0], count=made.segments[0].count + 12345)
+    again = dataclasses.replace(made, segments=(moved,))
+    assert fingerprint(again, 0) == fit.fingerprints[0]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "{",
+        "[]",
+        "null",
+        '{"format": 2}',
+        '{"format": 1}',
+        '{"format": 1, "model": 7}',
+        '{"format": 1, "model": {"gain_rad_s_V": "11", "pole_rad_s": 40}}',
+        '{"format": 1, "model": {"gain_rad_s_V": 11, "pole_rad_s": -40}, "covariance": [[1, 0], [0, 1]]}',
+        '{"format": 1, "model": {"gain_rad_s_V": 11, "pole_rad_s": NaN}, "covariance": [[1, 0], [0, 1]]}',
+        '{"format": 1, "model": {"gain_rad_s_V": 11, "pole_rad_s": 40}, "covariance": [[1, 0]]}',
+        '{"format": 1, "model": {"gain_rad_s_V": 11, "pole_rad_s": 40}, "covariance": "x"}',
+        "[" * 100_000,
+    ],
+)
+def test_anything_else_is_a_sentence(tmp_path, text):
+    with pytest.raises(JaxmotorError, match=r"model\.json: ") as caught:
+        read_model(stored(tmp_path, text))
+    assert "\n" not in str(caught.value)
+
+
+def test_no_file_is_a_sentence(tmp_path):
+    with pytest.raises(JaxmotorError, match="cannot be read"):
+        read_model(tmp_path / "none.json")
+
+
+@given(st.data())
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_damage_never_escapes(fit, tmp_path, data):
+    text = json.dumps(to_json(fit))
+    place = data.draw(st.integers(0, len(text) - 1))
+    kind = data.draw(st.sampled_from(["cut", "swap", "double"]))
+    damaged = {
+        "cut": text[:place],
+        "swap": text[:place] + data.draw(st.characters()) + text[place + 1 :],
+        "double": text[:place] + text[place:] + text[place:],
+    }[kind]
+    try:
+        read_model(stored(tmp_path, damaged))
+    except JaxmotorError as error:
+        assert "\n" not in str(error)
