@@ -1,0 +1,14 @@
+// The TB6612FNG: enable and standby pins, and what happens between pulses.
+
+#ifndef BRIDGE_H
+#define BRIDGE_H
+
+#include <stdint.h>
+
+enum drive { BRAKE, COAST };
+
+void bridge_setup(void);
+void bridge_enable(uint8_t drive);
+void bridge_stop(void);
+
+#endif

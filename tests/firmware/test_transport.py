@@ -1,0 +1,109 @@
+"""The same bytes whichever way they travel and however often they are asked for."""
+
+import json
+from time import monotonic, sleep
+
+import pytest
+from live import Live
+from wire import Script, hertz, level
+
+
+@pytest.fixture(scope="module")
+def script():
+    s = Script().command("H").command("P 5 0").command("L 1000000 100000 6000")
+    s.add("step", 100, b=level(170), rest=50).add("sine", 300, hertz(5.01, 0.005), level(170), rest=50)
+    return bytes(s.add("loop", 100, 7000 + (300 << 16), 16 * 19, rest=50).go())
+
+
+@pytest.fixture
+def expected(bench, script):
+    return bench(script).raw
+
+
+def test_every_run_gives_the_same_bytes(bench, script, expected):
+    assert bench(script).raw == expected
+    assert bench(script, "--set", "bench.seed=2").raw != expected
+
+
+@pytest.mark.parametrize("transport", [("--pty",), ("--socket", "0")])
+def test_live_lockstep_gives_the_bytes_of_the_script(build, script, expected, transport):
+    with Live(build, transport=transport) as board:
+        board.send(script[:11])
+        board.send(script[11:])
+        board.until(lambda line: line.type == "Z")
+        while len(board.raw) < len(expected) and board.port.in_waiting:
+            board.receive()
+    assert board.raw == expected
+
+
+def test_fast_mode_runs_the_plan(build, script):
+    with Live(build, "--mode", "fast") as board:
+        board.send(script)
+        lines = board.until(lambda line: line.type == "Z")
+    assert lines[-1].fields[0] == "done"
+
+
+def test_real_mode_keeps_the_wall_clock(build):
+    with Live(build, "--mode", "real") as board:
+        board.send(bytes(Script().add("step", 100, b=level(100)).go()))
+        board.until(lambda line: line.type == "B")
+        began = monotonic()
+        # No keepalive: the board stops after 250 ms.
+        lines = board.until(lambda line: line.type == "Z")
+        took = monotonic() - began
+    assert lines[-1].fields[0] == "host_silent"
+    assert 0.15 < took < 0.6
+
+
+def test_real_mode_with_a_host_that_stays(build):
+    with Live(build, "--mode", "real") as board:
+        board.send(bytes(Script().add("step", 120, b=level(100)).go()))
+        for _ in range(15):
+            board.send(b"K*185F\n")
+            deadline = monotonic() + 0.1
+            while monotonic() < deadline:
+                board.receive()
+        lines = board.lines()
+    assert lines[-1].type == "Z" and lines[-1].fields[:2] == ("done", "120")
+
+
+def test_a_slow_reader_loses_nothing(build, expected, script):
+    with Live(build) as board:
+        board.send(script)
+        sleep(0.5)  # the terminal's buffer is full by now, and the board's time stands still
+        board.until(lambda line: line.type == "Z")
+        while len(board.raw) < len(expected):
+            board.receive()
+    assert board.raw == expected
+
+
+def test_opening_the_port_again_resets_the_board(build, script):
+    with Live(build, once=False) as board:
+        board.send(script)
+        board.until(lambda line: line.type == "D")
+        board.port.close()
+        sleep(0.3)
+        board.open()
+        board.send(script)
+        lines = board.until(lambda line: line.type == "Z")
+    assert [line.sequence for line in lines] == list(range(len(lines)))
+    assert lines[-1].fields[0] == "done"
+
+
+def test_a_host_that_hangs_up_stops_the_motor(build, tmp_path):
+    stats = tmp_path / "stats.json"
+    with Live(build, "--stats", str(stats)) as board:
+        board.send(bytes(Script().add("step", 60000, b=level(200)).go()))
+        board.until(lambda line: line.type == "D" and line.fields[1] == "100")
+    told = json.loads(stats.read_text())
+    assert told["plant"]["time_s"] < 30
+    assert abs(told["plant"]["speed_rad_s"]) < 25  # 63 while it was driven; the bench left during braking
+
+
+def test_the_wrong_baud_rate_gives_nothing(build):
+    with Live(build, "--mode", "fast", baud=9600) as board:
+        board.send(b"H\n")
+        for _ in range(10):
+            board.receive()
+        heard = [line for line in board.lines() if line.fields[0] == "1"]
+    assert not heard
