@@ -1,7 +1,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-BENCHMARKS := startup efficiency real_data
+BENCHMARKS := startup efficiency real_data delay
 
 TOOLCHAIN := gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev
 
@@ -44,7 +44,7 @@ lint: $(VENV)/.installed-dev
 types: $(VENV)/.installed-dev
 	PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
 
-bench: $(VENV)/.installed-dev
+bench: $(VENV)/.installed-dev toolchain firmware
 	@set -e; for name in $(BENCHMARKS); do echo "== benchmarks/$$name.py"; $(BIN)/python benchmarks/$$name.py; done
 
 $(VENV)/bin/python:

@@ -65,6 +65,7 @@ def acceleration_regression(recorded: Recording) -> tuple[float, float]:
     K = -β/α and a = -α. The speed is the difference to the previous count, rows at rest are left out."""
     rows = []
     for segment in recorded.segments:
+        assert segment.count is not None
         speed = np.diff(segment.count) * 2 * np.pi / (COUNTS * PERIOD)
         acceleration = np.diff(speed) / PERIOD
         rows.append(np.stack([speed[:-1], segment.volts[1:-1], np.sign(speed[:-1]), acceleration], axis=1))
