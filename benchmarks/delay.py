@@ -5,7 +5,7 @@
 Seen: the phase that the paper's processing reads (count difference, stamped at its end, eq. 12-14 over all rows) less
 the phase of its model G ZOH with the motor's own gain and pole. Its parts, each computed alone, in degrees:
 
-    count      the difference to the previous count, arg z⁻¹V - arg G ZOH: a formula
+    difference the difference to the previous count, arg z⁻¹V - arg G ZOH: a formula
     L/R        the electrical lag, second order less first: a formula
     timer      the board applies a duty 40 us after the tick, -ω 40 us
     duty       the fundamental of the stepped duty against the sine that was meant
@@ -36,7 +36,7 @@ class Parts(NamedTuple):
     """Degrees at each frequency; lead is positive."""
 
     seen: np.ndarray
-    count: np.ndarray
+    difference: np.ndarray
     electrical: np.ndarray
     timer: np.ndarray
     duty: np.ndarray
