@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 from jaxmotor.estimate import Fit, to_json
+from jaxmotor.recording import ranges
 
 RPM = 60 / (2 * math.pi)
 """rpm in one rad/s."""
@@ -40,14 +41,3 @@ def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
     lines += [f"  note: {note}" for note in (*fit.notes, *extra)]
     lines += [f"  wrote {path}" for path in written]
     return "\n".join(lines)
-
-
-def ranges(indices: tuple[int, ...]) -> str:
-    """`0-3, 7`."""
-    runs: list[list[int]] = []
-    for index in indices:
-        if runs and index == runs[-1][1] + 1:
-            runs[-1][1] = index
-        else:
-            runs.append([index, index])
-    return ", ".join(f"{first}-{last}" if last > first else f"{first}" for first, last in runs)

@@ -65,7 +65,7 @@ def validation_text(validation: Validation, written: list[Path]) -> str:
 
 
 def _segments(validation: Validation) -> list[str]:
-    from jaxmotor.cli._text import ranges
+    from jaxmotor.recording import ranges
 
     fitted = ranges(validation.fitted) if validation.fitted else "none"
     lines = [f"  segments scored: {ranges(validation.scored)}; fitted, so not scored: {fitted}"]
@@ -85,7 +85,7 @@ def _open_loop(open_loop: OpenLoop) -> list[str]:
     if 1 < len(open_loop.segments) <= MOST_SEGMENTS:
         lines += [f"    segment {index:<3d} {_score(score)}" for index, score in open_loop.segments.items()]
     if open_loop.initial_speed_estimated:
-        from jaxmotor.cli._text import ranges
+        from jaxmotor.recording import ranges
 
         lines.append(f"    initial speed estimated in {ranges(open_loop.initial_speed_estimated)}")
     return lines
@@ -98,7 +98,7 @@ def _score(score: Score) -> str:
 
 
 def _steps(steps: StepTrials) -> list[str]:
-    from jaxmotor.cli._text import ranges
+    from jaxmotor.recording import ranges
 
     trials = f"mean of {steps.trials} trials" if steps.trials > 1 else "one trial"
     return [

@@ -7,6 +7,7 @@ from jaxmotor.recording._check import lost_ticks as lost_ticks
 from jaxmotor.recording._check import warn_sign as warn_sign
 from jaxmotor.recording._foreign import import_log as import_log
 from jaxmotor.recording._jumps import check_jumps as check_jumps
+from jaxmotor.recording._ranges import ranges as ranges
 from jaxmotor.recording._read import read as read
 from jaxmotor.recording._recording import KINDS as KINDS
 from jaxmotor.recording._recording import Measured as Measured

@@ -5,6 +5,7 @@ from fractions import Fraction
 import numpy as np
 
 from jaxmotor.recording._jumps import check_jumps
+from jaxmotor.recording._ranges import ranges
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 
 SATURATED_SHARE = 0.2
@@ -163,14 +164,7 @@ def warn_unknowns(recording: Recording) -> list[str]:
 
 def _segments(indices: list[int]) -> str:
     """`segment 3`, or `segments 1-10, 12`."""
-    runs: list[list[int]] = []
-    for index in indices:
-        if runs and index == runs[-1][1] + 1:
-            runs[-1][1] = index
-        else:
-            runs.append([index, index])
-    named = ", ".join(f"{first}-{last}" if last > first else f"{first}" for first, last in runs)
-    return f"segment{'s' if len(indices) > 1 else ''} {named}"
+    return f"segment{'s' if len(indices) > 1 else ''} {ranges(indices)}"
 
 
 def lost_ticks(segment: Segment) -> int:

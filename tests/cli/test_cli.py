@@ -37,6 +37,7 @@ def no_cache_of_the_users(monkeypatch, tmp_path):
 def run(capsys, *arguments):
     code = main([str(argument) for argument in arguments])
     streams = capsys.readouterr()
+    print(streams.err)
     return code, streams.out, streams.err
 
 
@@ -181,6 +182,13 @@ def test_an_output_in_the_way_is_a_sentence(capsys, folder, tmp_path):
     (tmp_path / "file").write_text("mine")
     code, _, err = run(capsys, "identify", folder / "m1.csv", "-o", tmp_path / "file")
     assert code == 1 and (tmp_path / "file").read_text() == "mine"
+    one_sentence(err)
+
+
+def test_two_recordings_of_one_name_do_not_overwrite_each_other(capsys, folder, tmp_path):
+    (tmp_path / "m1.csv").write_text((folder / "m1.csv").read_text())
+    code, _, err = run(capsys, "identify", folder / "m1.csv", tmp_path / "m1.csv", "-o", tmp_path / "out")
+    assert code == 1 and "called m1" in err
     one_sentence(err)
 
 
