@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from jaxmotor._errors import JaxmotorError as JaxmotorError
+    from jaxmotor.diagnosis import Diagnosis as Diagnosis
+    from jaxmotor.diagnosis import diagnose as diagnose
     from jaxmotor.estimate import Fit as Fit
     from jaxmotor.estimate import FrequencyResponse as FrequencyResponse
     from jaxmotor.estimate import Model as Model
@@ -27,8 +29,8 @@ if TYPE_CHECKING:
     from jaxmotor.recording import import_sysid as import_sysid
     from jaxmotor.recording import read as read
     from jaxmotor.recording import write as write
-    from jaxmotor.validate import Validation as Validation
-    from jaxmotor.validate import validate as validate
+    from jaxmotor.validation import Validation as Validation
+    from jaxmotor.validation import validate as validate
 
 # Reading a recording should not wait for JAX: names are fetched from their folder when they are asked for.
 _HOME = {
@@ -36,7 +38,8 @@ _HOME = {
     **dict.fromkeys(("Recording", "Segment", "check", "import_log", "import_sysid", "read", "write"), "recording"),
     **dict.fromkeys(("FirstOrder", "SecondOrder"), "motor"),
     **dict.fromkeys(("Fit", "FrequencyResponse", "Model", "fit_response", "identify", "read_model"), "estimate"),
-    **dict.fromkeys(("Validation", "validate"), "validate"),
+    **dict.fromkeys(("Validation", "validate"), "validation"),
+    **dict.fromkeys(("Diagnosis", "diagnose"), "diagnosis"),
 }
 
 __version__ = importlib.metadata.version("jaxmotor")

@@ -25,7 +25,7 @@ def demo_command(
     from jaxmotor.cli._validate import validation_text
     from jaxmotor.estimate import identify, read_model
     from jaxmotor.present import bode_models, save, write_fit, write_validation, zoh_bode
-    from jaxmotor.validate import validate
+    from jaxmotor.validation import validate
 
     typer.echo(f"{recording.header['motor']}; {recording.header['notes']}\n")
     held_out = chosen_segments(recording, HELD_OUT)

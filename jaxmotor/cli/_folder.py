@@ -11,3 +11,11 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise JaxmotorError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from error
+
+
+def check_names(recordings: list[Path]) -> None:
+    """**Raises:** `JaxmotorError` where two recordings have one name, after which their results are named."""
+    stems = [path.stem for path in recordings]
+    twice = next((stem for stem in stems if stems.count(stem) > 1), None)
+    if twice is not None:
+        raise JaxmotorError(f"two recordings are called {twice}: their results would overwrite each other; rename one")

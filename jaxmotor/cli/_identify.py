@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.cli._folder import make_folder
+from jaxmotor.cli._folder import check_names, make_folder
 
 
 class Method(enum.StrEnum):
@@ -46,7 +46,7 @@ def identify_command(
     if (resistance is None) != (inductance is None):
         raise typer.BadParameter("--resistance and --inductance belong together")
     if output is not None:
-        _check_names(recordings)
+        check_names(recordings)
         make_folder(output)
     failed = False
     for path in recordings:
@@ -59,14 +59,6 @@ def identify_command(
             failed = True
     if failed:
         raise typer.Exit(1)
-
-
-def _check_names(recordings: list[Path]) -> None:
-    """Files in the output folder are named after the recordings, which therefore need names of their own."""
-    stems = [path.stem for path in recordings]
-    twice = next((stem for stem in stems if stems.count(stem) > 1), None)
-    if twice is not None:
-        raise JaxmotorError(f"two recordings are called {twice}: their results would overwrite each other; rename one")
 
 
 def _one(

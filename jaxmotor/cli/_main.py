@@ -9,6 +9,7 @@ import typer
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.cli._demo import demo_command
+from jaxmotor.cli._diagnose import diagnose_command
 from jaxmotor.cli._encoder import encoder_command
 from jaxmotor.cli._identify import identify_command
 from jaxmotor.cli._import import import_command
@@ -31,6 +32,7 @@ def build() -> typer.Typer:
     app.command("demo")(demo_command)
     app.command("import")(import_command)
     app.command("identify")(identify_command)
+    app.command("diagnose")(diagnose_command)
     app.command("validate")(validate_command)
     app.command("encoder")(encoder_command)
     return app

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from jaxmotor.validate import ClosedLoop, Comparison, Interval, OpenLoop, Score, StepTrials, Validation
+    from jaxmotor.validation import ClosedLoop, Comparison, Interval, OpenLoop, Score, StepTrials, Validation
 
 MOST_SEGMENTS = 20
 """Segments of which the open-loop scores are printed one by one."""
@@ -33,7 +33,7 @@ def validate_command(
 
     use_compilation_cache()
     from jaxmotor.estimate import read_model
-    from jaxmotor.validate import to_json, validate
+    from jaxmotor.validation import to_json, validate
 
     validation = validate(read_model(model), measured, seed=seed)
     written = []

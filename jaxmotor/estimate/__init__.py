@@ -13,6 +13,7 @@ from jaxmotor.estimate._lanes import bucket as bucket
 from jaxmotor.estimate._lanes import pack as pack
 from jaxmotor.estimate._lanes import pieces_of as pieces_of
 from jaxmotor.estimate._model_file import Model as Model
+from jaxmotor.estimate._model_file import model_of as model_of
 from jaxmotor.estimate._model_file import read_model as read_model
 from jaxmotor.estimate._model_file import to_json as to_json
 from jaxmotor.estimate._response_fit import fit_response as fit_response

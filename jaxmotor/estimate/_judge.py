@@ -60,8 +60,8 @@ def judge(recording: Recording, packed: Packed, solution: Solution, errors: Unce
     if errors.evidence > EVIDENCE:
         covariance = covariance + np.outer(allowance, allowance)
         notes.append(
-            "the motor does more than a linear one (friction or a delay are in the data): the standard errors "
-            "allow for what that may shift"
+            "the motor does more than a linear one (friction or a delay, if only a little, show in the data): the "
+            "standard errors allow for what that may shift"
         )
     # K, b, log a, log tau -> K, a, tau [, and u0 = b/K].
     scale = np.concatenate([[1.0], np.exp(psi[2:])])

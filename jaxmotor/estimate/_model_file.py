@@ -38,6 +38,13 @@ class Model:
     """The model file."""
 
 
+def model_of(fit: Fit) -> Model:
+    """`fit` as the model that its file would hold."""
+    return Model(
+        fit.motor, fit.covariance, fit.offset_V, fit.period_s, fit.source, frozenset(fit.fingerprints), fit.source
+    )
+
+
 @in_float64
 def to_json(fit: Fit) -> dict[str, Any]:
     """`fit` as an object of plain numbers and strings."""

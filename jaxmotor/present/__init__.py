@@ -7,8 +7,10 @@ from jaxmotor.present._fit import residuals as residuals
 from jaxmotor.present._fit import simulation as simulation
 from jaxmotor.present._folder import fit_figures as fit_figures
 from jaxmotor.present._folder import validation_figures as validation_figures
+from jaxmotor.present._folder import write_diagnosis as write_diagnosis
 from jaxmotor.present._folder import write_fit as write_fit
 from jaxmotor.present._folder import write_validation as write_validation
+from jaxmotor.present._missing import missing as missing
 from jaxmotor.present._open_and_closed import controller as controller
 from jaxmotor.present._open_and_closed import step_trials as step_trials
 from jaxmotor.present._save import save as save

@@ -23,7 +23,7 @@ from jaxmotor.present._style import (
     styled,
 )
 from jaxmotor.recording import Recording
-from jaxmotor.validate import OpenLoop
+from jaxmotor.validation import OpenLoop
 
 MOST_PANELS = 12
 MOST_ROWS = 200

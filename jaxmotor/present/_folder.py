@@ -7,14 +7,16 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from jaxmotor._files import write_text
+from jaxmotor.diagnosis import Diagnosis
 from jaxmotor.estimate import Fit, to_json
 from jaxmotor.present._bode import bode, bode_models
 from jaxmotor.present._fit import residuals, simulation
+from jaxmotor.present._missing import missing
 from jaxmotor.present._open_and_closed import controller, step_trials
 from jaxmotor.present._save import save
 from jaxmotor.present._sine import position_drift, sine_fit
 from jaxmotor.recording import Recording
-from jaxmotor.validate import Validation
+from jaxmotor.validation import Validation
 
 PAPER_SINE_HZ = 5.0
 """The sine of the paper's Fig. 6 and 7; the nearest one is drawn."""
@@ -32,6 +34,13 @@ def write_validation(validation: Validation, recording: Recording, folder: Path)
     """Write the figures of `validation` (`NAME-*.png`) into `folder`, and return their paths."""
     stem = Path(recording.name).stem
     figures = validation_figures(validation, recording)
+    return _write({f"{stem}-{name}": figure for name, figure in figures.items()}, folder)
+
+
+def write_diagnosis(diagnosis: Diagnosis, recording: Recording, folder: Path) -> list[Path]:
+    """Write the figures of `diagnosis` (`NAME-*.png`) into `folder`, and return their paths."""
+    stem = Path(recording.name).stem
+    figures = {"missing": missing(diagnosis), "residuals": residuals(diagnosis.whole, recording)}
     return _write({f"{stem}-{name}": figure for name, figure in figures.items()}, folder)
 
 

@@ -1,10 +1,10 @@
-"""Validations as figures: what `jaxmotor.validate` found, drawn."""
+"""Validations as figures: what `jaxmotor.validation` found, drawn."""
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from jaxmotor.present._validation import Compared, closed_loop, step
-from jaxmotor.validate import ClosedLoop, StepTrials
+from jaxmotor.validation import ClosedLoop, StepTrials
 
 
 def step_trials(trials: StepTrials) -> Figure:

@@ -9,7 +9,7 @@ from jaxmotor import JaxmotorError
 from jaxmotor.bench import resolution_table
 from jaxmotor.estimate import Model
 from jaxmotor.present import encoder, fit_figures, residuals, save, simulation, write_fit, write_validation, zoh_bode
-from jaxmotor.validate import OpenLoop, Score, Validation
+from jaxmotor.validation import OpenLoop, Score, Validation
 
 ROWS = resolution_table(617.4, (0.001, 0.005, 0.02))
 

@@ -5,7 +5,7 @@ from figures import bands, check, labels, line
 
 from jaxmotor import JaxmotorError
 from jaxmotor.present import Compared, closed_loop, controller, step, step_trials
-from jaxmotor.validate import Band, ClosedLoop, Comparison, Interval, StepTrials
+from jaxmotor.validation import Band, ClosedLoop, Comparison, Interval, StepTrials
 
 TIME = np.arange(80) * 0.005
 SPEED = 56 * (1 - np.exp(-40 * TIME))

@@ -8,9 +8,9 @@ import pytest
 from rigs import COUNTS, FINE, FULL, PERIOD, SUPPLY, Rig, closed_loop, model, motor, open_loop, recording, step, without
 
 from jaxmotor._precision import to_jax
-from jaxmotor.validate import to_json, validate
-from jaxmotor.validate._controller import Controller
-from jaxmotor.validate._loop_simulation import Begin, Sensor, simulate_loop
+from jaxmotor.validation import to_json, validate
+from jaxmotor.validation._controller import Controller
+from jaxmotor.validation._loop_simulation import Begin, Sensor, simulate_loop
 
 COUNT = 2 * np.pi / (COUNTS * PERIOD)
 DUTY = SUPPLY / FULL

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rigs import COUNTS, PERIOD, Rig, mean_speed, model, open_loop, recording, step, without
 
-from jaxmotor.validate import validate
+from jaxmotor.validation import validate
 
 
 def prbs(ticks=150, seed=3, volts=150):

@@ -7,7 +7,7 @@ import pytest
 import scipy.stats
 from rigs import COUNTS, FULL, PERIOD, SUPPLY, Rig, mean_speed, model, open_loop, recording, step, without
 
-from jaxmotor.validate import validate
+from jaxmotor.validation import validate
 
 COUNT = 2 * np.pi / (COUNTS * PERIOD)
 

@@ -10,7 +10,7 @@ from rigs import Rig, closed_loop, model, open_loop, recording, step, without, w
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate import fingerprint, identify, read_model
 from jaxmotor.estimate import to_json as fit_to_json
-from jaxmotor.validate import to_json, validate
+from jaxmotor.validation import to_json, validate
 
 
 def four_steps():

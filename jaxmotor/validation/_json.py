@@ -6,7 +6,7 @@ from typing import Any
 
 from jaxmotor.estimate import Model
 from jaxmotor.motor import SecondOrder
-from jaxmotor.validate._validation import ClosedLoop, Comparison, Interval, OpenLoop, Score, StepTrials, Validation
+from jaxmotor.validation._validation import ClosedLoop, Comparison, Interval, OpenLoop, Score, StepTrials, Validation
 
 FORMAT = 1
 

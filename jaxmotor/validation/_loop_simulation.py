@@ -9,8 +9,8 @@ from jaxtyping import Array, Bool, Float, Key
 
 from jaxmotor.estimate import motor_of
 from jaxmotor.motor import AbstractLinearMotor
-from jaxmotor.validate._controller import Law, command
-from jaxmotor.validate._draws import draw_psi
+from jaxmotor.validation._controller import Law, command
+from jaxmotor.validation._draws import draw_psi
 
 
 class Sensor(NamedTuple):

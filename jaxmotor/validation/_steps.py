@@ -6,10 +6,10 @@ import numpy as np
 
 from jaxmotor.estimate import Model, student_t
 from jaxmotor.recording import Recording, Segment
-from jaxmotor.validate._draws import interval, psi_of, relative_root, spread
-from jaxmotor.validate._response import Measures, Rows, measure, tail_of
-from jaxmotor.validate._trials import Trials, mean_of_trials, trials_of
-from jaxmotor.validate._validation import Band, Comparison, Interval, StepTrials
+from jaxmotor.validation._draws import interval, psi_of, relative_root, spread
+from jaxmotor.validation._response import Measures, Rows, measure, tail_of
+from jaxmotor.validation._trials import Trials, mean_of_trials, trials_of
+from jaxmotor.validation._validation import Band, Comparison, Interval, StepTrials
 
 
 def validate_steps(

@@ -8,13 +8,13 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.estimate import Model, fingerprint
 from jaxmotor.recording import Recording, check_jumps, check_output, lost_ticks, warn_sign
-from jaxmotor.validate._closed_loop import validate_closed_loop
-from jaxmotor.validate._controller import Controller, controller_of
-from jaxmotor.validate._draws import relative_root
-from jaxmotor.validate._open_loop import has_pieces, score_open_loop
-from jaxmotor.validate._steps import validate_steps
-from jaxmotor.validate._trials import group_steps
-from jaxmotor.validate._validation import Skipped, Validation
+from jaxmotor.validation._closed_loop import validate_closed_loop
+from jaxmotor.validation._controller import Controller, controller_of
+from jaxmotor.validation._draws import relative_root
+from jaxmotor.validation._open_loop import has_pieces, score_open_loop
+from jaxmotor.validation._steps import validate_steps
+from jaxmotor.validation._trials import group_steps
+from jaxmotor.validation._validation import Skipped, Validation
 
 SIMULATIONS = 256
 LEAST_SIMULATIONS = 64

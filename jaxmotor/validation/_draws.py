@@ -8,7 +8,7 @@ from jaxtyping import Array, Float, Key
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate import Model
 from jaxmotor.motor import SecondOrder
-from jaxmotor.validate._validation import Interval
+from jaxmotor.validation._validation import Interval
 
 SHARE = 0.95
 

@@ -5,9 +5,9 @@ import numpy as np
 
 from jaxmotor.estimate import Model, Packed, Trace, as_problem, fit_percent, pack, pieces_of, traces_of
 from jaxmotor.recording import Recording
-from jaxmotor.validate._draws import psi_of
-from jaxmotor.validate._follow import follow
-from jaxmotor.validate._validation import OpenLoop, Score
+from jaxmotor.validation._draws import psi_of
+from jaxmotor.validation._follow import follow
+from jaxmotor.validation._validation import OpenLoop, Score
 
 
 def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...]) -> OpenLoop:

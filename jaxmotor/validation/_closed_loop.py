@@ -8,12 +8,12 @@ import numpy as np
 
 from jaxmotor.estimate import Model, bucket
 from jaxmotor.recording import Recording
-from jaxmotor.validate._controller import Controller, compare_with_log, on_ticks
-from jaxmotor.validate._draws import alone, interval, psi_of, relative_root, spread
-from jaxmotor.validate._loop_simulation import Sensor, simulate_loops
-from jaxmotor.validate._open_loop import initial_speed
-from jaxmotor.validate._response import Measures, Rows, measure, tail_of
-from jaxmotor.validate._validation import Band, ClosedLoop, Comparison, Interval
+from jaxmotor.validation._controller import Controller, compare_with_log, on_ticks
+from jaxmotor.validation._draws import alone, interval, psi_of, relative_root, spread
+from jaxmotor.validation._loop_simulation import Sensor, simulate_loops
+from jaxmotor.validation._open_loop import initial_speed
+from jaxmotor.validation._response import Measures, Rows, measure, tail_of
+from jaxmotor.validation._validation import Band, ClosedLoop, Comparison, Interval
 
 OFF_PERCENT = 5.0
 """Share of ticks from which the header's controller is said not to be the one that ran [%]."""

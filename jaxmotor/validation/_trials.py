@@ -10,8 +10,8 @@ from jaxtyping import Array, Float, Int, Key
 
 from jaxmotor.estimate import Packed, Problem, as_problem, bucket, pack, predict
 from jaxmotor.recording import Recording, Segment, lost_ticks
-from jaxmotor.validate._draws import draw_psi
-from jaxmotor.validate._follow import follow
+from jaxmotor.validation._draws import draw_psi
+from jaxmotor.validation._follow import follow
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

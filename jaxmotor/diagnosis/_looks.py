@@ -1,0 +1,188 @@
+"""Looks at the missing volts: which coordinate do they depend on, and is it more than chance?
+
+Each look explains the missing volts by a few columns of one coordinate (bins of speed, of voltage, of time; harmonics
+of the shaft angle; a sine over time; rates of change). Its share is the part of their variance that it explains,
+corrected for the number of columns. Chance is what the same look finds in the same volts in random order: a look is
+beyond chance where it explains more than all but `LEVEL` of the shuffles, divided by the number of looks.
+"""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+
+from jaxmotor.diagnosis._missing import MissingVolts
+
+Coordinate = Literal["speed", "angle", "time", "voltage", "frequency"]
+BINS = 12
+HARMONICS = 8
+SHUFFLES = 500
+LEVEL = 0.01
+FASTEST_Hz = 8.0
+SLOWEST_Hz = 0.2
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Look:
+    """One coordinate, and how much of the missing volts depends on it."""
+
+    coordinate: Coordinate
+    text: str
+    """What it looks like, for people."""
+    share: float
+    """Part of the variance explained [1]."""
+    chance: float
+    """Share that chance stays below, given the number of looks [1]."""
+    at: np.ndarray
+    """(k,) places of the curve, in the coordinate's unit (rad/s, rad, s, V, Hz)."""
+    volts: np.ndarray
+    """(k,) mean missing volts there [V]."""
+
+    @property
+    def beyond_chance(self) -> bool:
+        return self.share > self.chance
+
+
+def looks(missing: MissingVolts, key: int = 0) -> tuple[Look, ...]:
+    """All looks that the recording allows, the most telling first. `key` seeds the shuffles.
+
+    Needs forty windows at least; with fewer there are no looks.
+    """
+    if len(missing.volts) < 40 or np.ptp(missing.volts) == 0:
+        return ()
+    makers: list[Callable[[MissingVolts], _View | None]] = [_speed, _voltage, _time, _step, _angle, _periodic, _rates]
+    views = [view for view in (maker(missing) for maker in makers) if view is not None]
+    shuffled = _shuffles(missing.volts, key)
+    found = [_judged(view, missing.volts, shuffled, len(views)) for view in views]
+    return tuple(sorted(found, key=lambda look: -look.share))
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _View:
+    coordinate: Coordinate
+    text: str
+    basis: np.ndarray
+    """(windows, k) orthonormal columns without the mean; or (windows, m, 2) of which the best pair counts."""
+    at: np.ndarray
+    volts: np.ndarray
+
+
+def _judged(view: _View, volts: np.ndarray, shuffled: np.ndarray, number: int) -> Look:
+    found = _share(view.basis, volts[:, None])[0]
+    chance = np.quantile(_share(view.basis, shuffled), 1 - LEVEL / number)
+    return Look(view.coordinate, view.text, float(found), float(max(chance, 0.0)), view.at, view.volts)
+
+
+def _share(basis: np.ndarray, volts: np.ndarray) -> np.ndarray:
+    """(c,) adjusted part of each column of `volts` (n, c) that `basis` explains."""
+    centred = volts - volts.mean(0)
+    whole = (centred**2).sum(0)
+    if basis.ndim == 3:
+        pairs = np.einsum("nmp,nc->mpc", basis, centred, optimize=True)
+        explained, columns = (pairs**2).sum(1).max(0), 2
+    else:
+        explained, columns = ((basis.T @ centred) ** 2).sum(0), basis.shape[1]
+    free = len(volts) - 1
+    return 1 - (1 - explained / whole) * free / (free - columns)
+
+
+def _shuffles(volts: np.ndarray, key: int) -> np.ndarray:
+    rng = np.random.default_rng(key)
+    return np.stack([rng.permutation(volts) for _ in range(SHUFFLES)], axis=1)
+
+
+def _orthonormal(columns: np.ndarray) -> np.ndarray:
+    basis, weights, _ = np.linalg.svd(columns - columns.mean(0), full_matrices=False)
+    return basis[:, weights > 1e-9 * max(weights[0], 1e-300)]
+
+
+def _binned(coordinate: Coordinate, value: np.ndarray, volts: np.ndarray, text: str) -> _View | None:
+    edges = np.unique(np.quantile(value, np.linspace(0, 1, BINS + 1)[1:-1]))
+    bins = np.searchsorted(edges, value)
+    used = np.unique(bins)
+    if len(used) < 3:
+        return None
+    members = (bins[:, None] == used[None, :]).astype(float)
+    counts = members.sum(0)
+    return _View(coordinate, text, _orthonormal(members), members.T @ value / counts, members.T @ volts / counts)
+
+
+def _speed(missing: MissingVolts) -> _View | None:
+    return _binned("speed", missing.speed_rad_s, missing.volts, "a torque that depends on the speed")
+
+
+def _voltage(missing: MissingVolts) -> _View | None:
+    return _binned("voltage", missing.input_V, missing.volts, "a drive that is not in proportion to the voltage")
+
+
+def _time(missing: MissingVolts) -> _View | None:
+    return _binned("time", missing.time_s, missing.volts, "something that changes in the course of the recording")
+
+
+def _step(missing: MissingVolts) -> _View | None:
+    """The best single change in time."""
+    order = np.argsort(missing.time_s, kind="stable")
+    volts, size = missing.volts[order], len(order)
+    cuts = np.arange(size // 20 + 1, size - size // 20)
+    total = np.cumsum(volts - volts.mean())
+    cut = int(cuts[np.argmax(total[cuts - 1] ** 2 / (cuts * (size - cuts)))])
+    when = float(missing.time_s[order[cut]])
+    after = (missing.time_s >= when).astype(float)
+    candidates = np.stack([(np.arange(size) >= c).astype(float) for c in cuts[:: max(1, len(cuts) // 60)]], axis=1)
+    candidates = (candidates - candidates.mean(0)) / np.linalg.norm(candidates - candidates.mean(0), axis=0)
+    basis = np.zeros((size, candidates.shape[1] + 1, 2))
+    basis[order, :-1, 0] = candidates
+    basis[:, -1, 0] = (after - after.mean()) / np.linalg.norm(after - after.mean())
+    before, behind = float(volts[:cut].mean()), float(volts[cut:].mean())
+    return _View(
+        "time", f"a change at t = {when:.1f} s, by {1e3 * (behind - before):+.0f} mV", basis,
+        np.array([missing.time_s.min(), when]), np.array([before, behind]),
+    )  # fmt: skip
+
+
+def _angle(missing: MissingVolts) -> _View | None:
+    if np.isnan(missing.angle_rad).any() or np.ptp(missing.angle_rad) < 2 * np.pi:
+        return None
+    waves = [wave(n * missing.angle_rad) for n in range(1, HARMONICS + 1) for wave in (np.sin, np.cos)]
+    basis = _orthonormal(np.stack(waves, axis=1))
+    at = np.linspace(0, 2 * np.pi, 73)
+    columns = np.stack([np.ones_like(missing.volts), *waves], axis=1)
+    weights = np.linalg.lstsq(columns, missing.volts)[0]
+    shown = np.stack(
+        [np.ones_like(at), *(w(n * at) for n in range(1, HARMONICS + 1) for w in (np.sin, np.cos))], axis=1
+    )
+    size = np.hypot(weights[1::2], weights[2::2])
+    best = int(np.argmax(size)) + 1
+    text = f"something locked to the shaft's angle, {best} per turn, {1e3 * size[best - 1]:.0f} mV"
+    return _View("angle", text, basis, at, shown @ weights)
+
+
+def _periodic(missing: MissingVolts) -> _View | None:
+    """A sine over time, at whatever frequency explains most."""
+    duration = np.ptp(missing.time_s)
+    if duration < 2 / SLOWEST_Hz:
+        return None
+    steps = int(min(2 * duration * (FASTEST_Hz - SLOWEST_Hz), 2500))
+    frequency = np.linspace(SLOWEST_Hz, FASTEST_Hz, steps)
+    angle = 2 * np.pi * missing.time_s[:, None] * frequency
+    basis = np.stack([np.sin(angle), np.cos(angle)], axis=2) * np.sqrt(2 / len(missing.volts))
+    power = (np.einsum("nmp,n->mp", basis, missing.volts - missing.volts.mean(), optimize=True) ** 2).sum(1)
+    best = float(frequency[np.argmax(power)])
+    return _View(
+        "time", f"something periodic at {best:.2f} Hz", basis, frequency, np.sqrt(2 * power / len(missing.volts))
+    )
+
+
+def _rates(missing: MissingVolts) -> _View | None:
+    """Delays, lags and inertia: volts that go with the rate at which voltage and speed change."""
+    same = np.diff(missing.segment, prepend=-1) == 0
+    columns = []
+    for value in (missing.input_V, missing.speed_rad_s):
+        change = np.where(same, np.diff(value, prepend=value[0]), 0.0)
+        later = np.where(np.roll(same, -1), np.roll(change, -1), 0.0)
+        columns += [change, later]
+    text = "dynamics: a delay, a lag or a mass, seen where voltage and speed change"
+    basis = _orthonormal(np.stack(columns, axis=1))
+    weights = basis.T @ (missing.volts - missing.volts.mean())
+    return _View("frequency", text, basis, np.arange(len(weights), dtype=float), weights)

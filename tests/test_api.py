@@ -1,0 +1,37 @@
+"""`import jaxmotor as jm`: every public name is what it says, whatever has been imported before."""
+
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import jaxmotor
+
+
+def test_no_folder_hides_a_function():
+    folders = {path.name for path in Path(jaxmotor.__file__).parent.iterdir() if (path / "__init__.py").exists()}
+    assert not folders & set(jaxmotor._HOME)
+
+
+def test_every_name_comes_from_its_home():
+    for name, home in jaxmotor._HOME.items():
+        module = importlib.import_module(f"jaxmotor.{home}")
+        assert getattr(jaxmotor, name) is getattr(module, name), name
+    assert set(jaxmotor._HOME) <= set(dir(jaxmotor))
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    assert not hasattr(jaxmotor, "no_such_thing")
+
+
+def test_reading_does_not_wait_for_jax():
+    code = "import sys, jaxmotor; jaxmotor.read; assert 'jax' not in sys.modules"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_importing_changes_no_setting():
+    code = (
+        "import jax; before = dict(jax.config.values); import jaxmotor.estimate, jaxmotor.diagnosis, jaxmotor.present;"
+        "assert dict(jax.config.values) == before and not jax.config.jax_enable_x64"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
