@@ -1,4 +1,4 @@
-"""The paper's experiments on the plant of `_plant`: the recording that is bundled until a board makes one.
+"""The paper's experiments on the plant of `_plant`: a bundled recording of a linear motor, without a board.
 
 Sines of 5.1 V to 10 Hz (detuned by a few tenths of a percent, so that the encoder does not repeat itself), ten steps,
 and five runs of the proportional speed loop, at a period of 5 ms.
@@ -48,7 +48,7 @@ def paper_recording(plant: Plant, seed: int = 0) -> Recording:
         add("closed_loop", parameters, *loop)
     return Recording(
         tuple(segments),
-        "paper.csv",
+        "linear.csv",
         period_s=PERIOD_S,
         counts_per_rev=plant.counts_per_rev,
         duty_full_scale=float(FULL_SCALE),

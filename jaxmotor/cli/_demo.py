@@ -1,45 +1,58 @@
 """`jaxmotor demo`: the bundled recording through everything."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-HELD_OUT = "16-20,closed_loop"
-"""Half of the steps, and the loops: what the models are then held against."""
+if TYPE_CHECKING:
+    from jaxmotor.recording import Recording
 
 
 def demo_command(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Where the figures go.")] = Path("demo"),
 ) -> None:
-    """Identify and validate the bundled recording, exactly and as the paper did, and draw it."""
+    """Identify, diagnose and validate the bundled recording, exactly and as the paper did, and draw it."""
     from jaxmotor.cli._folder import make_folder
     from jaxmotor.cli._runtime import use_compilation_cache
-    from jaxmotor.cli._segments import chosen_segments
     from jaxmotor.recording import bundled
 
     make_folder(output)
-    recording = bundled()
+    recording = bundled("paper")
     use_compilation_cache()
+    from jaxmotor.cli._diagnose import diagnosis_text
     from jaxmotor.cli._text import fit_text
     from jaxmotor.cli._validate import validation_text
-    from jaxmotor.estimate import identify, read_model
-    from jaxmotor.present import bode_models, save, write_fit, write_validation, zoh_bode
+    from jaxmotor.diagnosis import diagnose
+    from jaxmotor.estimate import identify, model_of
+    from jaxmotor.present import bode_models, save, write_diagnosis, write_fit, write_validation, zoh_bode
     from jaxmotor.validation import validate
 
-    typer.echo(f"{recording.header['motor']}; {recording.header['notes']}\n")
-    held_out = chosen_segments(recording, HELD_OUT)
+    typer.echo(f"The paper's plan on {recording.header['motor']}\n  {recording.header['notes']}\n")
+    held_out = _held_out(recording)
     exact = identify(recording, hold_out=held_out)
-    written = write_fit(exact, recording, output)
-    typer.echo(fit_text(exact, [], []) + "\n")
+    typer.echo("1. identify\n" + fit_text(exact, [], []))
     paper = identify(recording, method="paper", hold_out=held_out)
-    typer.echo("the same by the paper's method\n" + fit_text(paper, [], []).partition("\n")[2] + "\n")
-    validation = validate(read_model(written[0]), recording)
-    typer.echo(validation_text(validation, []) + "\n")
-    written += write_validation(validation, recording, output)
+    typer.echo("\n   the same by the paper's method\n" + fit_text(paper, [], []).partition("\n")[2])
+    diagnosis = diagnose(recording)
+    typer.echo("\n2. diagnose\n" + diagnosis_text(diagnosis, []))
+    validation = validate(model_of(exact), recording)
+    typer.echo("\n3. validate\n" + validation_text(validation, []) + "\n")
+    written = [
+        *write_fit(exact, recording, output),
+        *write_diagnosis(diagnosis, recording, output),
+        *write_validation(validation, recording, output),
+    ]
     assert exact.frequency_response is not None and recording.period_s is not None
     figures = {"models": bode_models(exact.frequency_response, [exact, paper]), "zoh": zoh_bode(recording.period_s)}
     for name, figure in figures.items():
         save(figure, output / f"paper-{name}.png")
         written.append(output / f"paper-{name}.png")
     typer.echo(f"model and {len(set(written)) - 1} figures are in {output.resolve()}")
+
+
+def _held_out(recording: "Recording") -> list[int]:
+    """Half of the steps, and the loops: what the models are then held against."""
+    kinds = [segment.kind for segment in recording.segments]
+    steps = [index for index, kind in enumerate(kinds) if kind == "step"]
+    return [*steps[len(steps) // 2 :], *(index for index, kind in enumerate(kinds) if kind == "closed_loop")]

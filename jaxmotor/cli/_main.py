@@ -13,6 +13,7 @@ from jaxmotor.cli._diagnose import diagnose_command
 from jaxmotor.cli._encoder import encoder_command
 from jaxmotor.cli._identify import identify_command
 from jaxmotor.cli._import import import_command
+from jaxmotor.cli._record import record_command
 from jaxmotor.cli._validate import validate_command
 
 DONE, BAD_INPUT, BAD_USAGE, DEFECT, INTERRUPTED = 0, 1, 2, 3, 130
@@ -30,6 +31,7 @@ def build() -> typer.Typer:
     )
     app.callback()(_options)
     app.command("demo")(demo_command)
+    app.command("record")(record_command)
     app.command("import")(import_command)
     app.command("identify")(identify_command)
     app.command("diagnose")(diagnose_command)

@@ -23,3 +23,4 @@ from jaxmotor.estimate._trajectory import Problem as Problem
 from jaxmotor.estimate._trajectory import motor_of as motor_of
 from jaxmotor.estimate._trajectory import predict as predict
 from jaxmotor.estimate._trajectory import start_columns as start_columns
+from jaxmotor.estimate._sine_fit import fit_phasors as fit_phasors

@@ -37,7 +37,7 @@ def test_first_the_count_then_the_duty():
 
 def test_the_bundled_recording_is_the_recipes():
     """Bit for bit (a third of it here would not show the running counter)."""
-    recording = bundled()
+    recording = bundled("linear")
     assert to_text(paper_recording(Plant())) == to_text(recording)
     assert [segment.kind for segment in recording.segments].count("sine") == 11
     assert "no board" in recording.header["rig"]
@@ -46,7 +46,7 @@ def test_the_bundled_recording_is_the_recipes():
 def test_the_bundled_recording_gives_the_plants_motor():
     from jaxmotor import identify
 
-    fit = identify(bundled())
+    fit = identify(bundled("linear"))
     plant = Plant()
     assert abs(float(fit.motor.gain) - plant.gain) < 3 * float(fit.standard_error.gain)
     assert abs(float(fit.motor.pole) - plant.pole) < 3 * float(fit.standard_error.pole)
