@@ -17,10 +17,10 @@ from jaxmotor.estimate._model_file import model_of as model_of
 from jaxmotor.estimate._model_file import read_model as read_model
 from jaxmotor.estimate._model_file import to_json as to_json
 from jaxmotor.estimate._response_fit import fit_response as fit_response
+from jaxmotor.estimate._sine_fit import fit_phasors as fit_phasors
 from jaxmotor.estimate._traces import fit_percent as fit_percent
 from jaxmotor.estimate._traces import traces_of as traces_of
 from jaxmotor.estimate._trajectory import Problem as Problem
 from jaxmotor.estimate._trajectory import motor_of as motor_of
 from jaxmotor.estimate._trajectory import predict as predict
 from jaxmotor.estimate._trajectory import start_columns as start_columns
-from jaxmotor.estimate._sine_fit import fit_phasors as fit_phasors
