@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from jaxmotor.estimate import fit_response as fit_response
     from jaxmotor.estimate import identify as identify
     from jaxmotor.estimate import read_model as read_model
+    from jaxmotor.motor import EFFECTS as EFFECTS
     from jaxmotor.motor import FirstOrder as FirstOrder
+    from jaxmotor.motor import Motor as Motor
     from jaxmotor.motor import SecondOrder as SecondOrder
     from jaxmotor.recording import Recording as Recording
     from jaxmotor.recording import Segment as Segment
@@ -36,7 +38,7 @@ if TYPE_CHECKING:
 _HOME = {
     "JaxmotorError": "_errors",
     **dict.fromkeys(("Recording", "Segment", "check", "import_log", "import_sysid", "read", "write"), "recording"),
-    **dict.fromkeys(("FirstOrder", "SecondOrder"), "motor"),
+    **dict.fromkeys(("EFFECTS", "FirstOrder", "Motor", "SecondOrder"), "motor"),
     **dict.fromkeys(("Fit", "FrequencyResponse", "Model", "fit_response", "identify", "read_model"), "estimate"),
     **dict.fromkeys(("Validation", "validate"), "validation"),
     **dict.fromkeys(("Diagnosis", "diagnose"), "diagnosis"),

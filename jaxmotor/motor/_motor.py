@@ -1,0 +1,348 @@
+"""A motor with effects, and its free simulation in open or closed loop.
+
+Within a tick the motor moves in steps of at most about a millisecond; the linear part moves exactly in each, so that
+without effects any number of steps gives what `simulate` gives.
+"""
+
+import abc
+import math
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from jaxmotor.motor._linear import AbstractLinearMotor
+from jaxmotor.motor.effects._base import AbstractEffect, Scalar, Source
+from jaxmotor.motor.effects._substep import (
+    Linear,
+    Parts,
+    State,
+    fresh,
+    lag_of,
+    linear_part,
+    parts_of,
+    shown_speed,
+    step,
+)
+
+LONGEST_DELAY = 32
+"""The longest transport delay [ticks]."""
+
+
+class Motor(eqx.Module):
+    """A linear motor and what makes it differ from one."""
+
+    linear: AbstractLinearMotor
+    effects: tuple[AbstractEffect, ...] = ()
+    viscous_share: Float[Array, ""] = eqx.field(default_factory=lambda: jnp.zeros(()))
+    """β = b R/(b R + Kt²), the share of the pole that is viscous friction and not back-EMF [1].
+
+    Voltage and speed show it only through effects on the current (`supply_sag`, `current_limit`, `coast_drive`,
+    `winding_heating`) and, a little, through the electrical time constant.
+    """
+
+
+class Rows(NamedTuple):
+    """What is done to a motor, row by row; experiments may stand end to end."""
+
+    volts: Float[Array, " n"]
+    """Mean bridge voltage asked for, duty times nominal supply [V]; with a controller its reference [rad/s]."""
+    reset: Bool[Array, " n"]
+    """An experiment begins: the bridge was off before."""
+    initial_speed: Float[Array, " n"]
+    """Where `reset` is true [rad/s]."""
+    time: Float[Array, " n"]
+    """Since the recording began [s]."""
+    angle: Float[Array, " n"] | None = None
+    """The measured angle [rad], for laws locked to it; without it they take the simulated one, which starts at 0."""
+    warmth: Float[Array, " n"] | None = None
+    """Where `reset` is true: the winding's relative rise of resistance (`WindingHeating.history`). Without it
+    experiments follow each other in the order of their rows, and the winding cools in the time between them."""
+
+
+class AbstractController(eqx.Module):
+    """Chooses the voltage of each tick from the reading."""
+
+    @abc.abstractmethod
+    def begin(self) -> Any:
+        """Its memory where an experiment begins."""
+
+    @abc.abstractmethod
+    def volts(self, memory: Any, reference: Scalar, turned: Scalar, duration: Scalar) -> tuple[Scalar, Any]:
+        """Voltage [V] and new memory, from the angle that the reading `turned` in the last tick [rad]."""
+
+
+class SpeedLoop(AbstractController):
+    """u = kp e + ki ∫ e, within +-limit; the integral waits while u is at its limit and e would wind it up."""
+
+    kp_V_s: Scalar
+    """[V s/rad]."""
+    ki_V: Scalar
+    """[V/rad]."""
+    limit_V: Scalar
+    step_V: Scalar | None = None
+    """The voltage is rounded to a multiple of this, one step of the duty [V]."""
+
+    def begin(self) -> Scalar:
+        return jnp.zeros_like(self.kp_V_s)
+
+    def volts(self, memory: Scalar, reference: Scalar, turned: Scalar, duration: Scalar) -> tuple[Scalar, Scalar]:
+        error = reference - turned / duration
+        wanted = self.kp_V_s * error + memory
+        volts = jnp.clip(wanted, -self.limit_V, self.limit_V)
+        winds_up = (wanted - volts) * error > 0
+        memory = memory + jnp.where(winds_up, 0.0, self.ki_V * duration * error)
+        if self.step_V is not None:
+            volts = jnp.round(volts / self.step_V) * self.step_V
+        return volts, jnp.clip(memory, -self.limit_V, self.limit_V)
+
+
+class Run(NamedTuple):
+    """What a motor with effects did, row by row."""
+
+    speed: Float[Array, " n"]
+    """At the row [rad/s]."""
+    turn: Float[Array, " n"]
+    """Angle turned from this row to the next [rad]."""
+    seen_speed: Float[Array, " n"]
+    """What a sensor of speed shows at the row [rad/s]."""
+    seen_turn: Float[Array, " n"]
+    """What the encoder shows of `turn`, before it is rounded to counts [rad]."""
+    volts: Float[Array, " n"]
+    """Asked of the bridge at the row [V]."""
+
+
+def steps_for(duration_s: float, pole_rad_s: float) -> int:
+    """Steps per row that effects need: of at most a millisecond, and a tenth of 1/a."""
+    return max(1, math.ceil(duration_s * max(1e3, 10 * pole_rad_s) - 1e-6))
+
+
+class _Spans(NamedTuple):
+    """A tick: `first` steps of the old voltage, then the new one, `steps` in all."""
+
+    old: Linear
+    new: Linear
+    first: Int[Array, ""]
+    steps: Int[Array, ""]
+    whole: Int[Array, ""]
+    """Whole ticks that the voltage is late."""
+
+
+class _Row(NamedTuple):
+    volts: Scalar
+    reset: Bool[Array, ""]
+    speed: Scalar
+    time: Scalar
+    pause: Scalar
+    """Since the row before ended [s]."""
+    duration: Scalar
+    angle: "_Angle | None"
+    warmth: Scalar | None
+
+
+class _Angle(NamedTuple):
+    """The measured angle over a tick: a parabola through its ends, bent as its neighbours say [rad]."""
+
+    begin: Scalar
+    turn: Scalar
+    bend: Scalar
+
+    def at(self, part: Scalar) -> Scalar:
+        return self.begin + part * (self.turn - (1 - part) * self.bend)
+
+
+class _Carry(NamedTuple):
+    x: tuple[Scalar, ...]
+    memory: tuple[Scalar, ...]
+    past: Float[Array, " k"]
+    """Voltages asked for, the latest first; empty without delay."""
+    angle: Scalar
+    """Simulated [rad]."""
+    read: Scalar
+    """Turned in the last tick, as read [rad]."""
+    reading: Scalar
+    """Where the reading stands within a count, at first in its middle [counts]."""
+    control: Any
+
+
+class _Setup(NamedTuple):
+    """What stays the same from tick to tick."""
+
+    motor: Motor
+    parts: Parts
+    steps: Int[Array, ""]
+    supply: Scalar
+    controller: AbstractController | None
+    count_rad: Scalar | None
+
+    @property
+    def back(self) -> Scalar:
+        """Back-EMF per speed [V s/rad]."""
+        return (1 - self.motor.viscous_share) / self.motor.linear.gain
+
+    def resting(self, speed: Scalar) -> tuple[Scalar, ...]:
+        return fresh(self.parts, lag_of(self.motor.linear, self.parts) is not None, speed)
+
+
+def simulate_motor(
+    motor: Motor,
+    rows: Rows,
+    duration: Float[Array, ""] | Float[Array, " n"],
+    supply: Float[Array, ""],
+    steps: Int[Array, ""] | int = 5,
+    controller: AbstractController | None = None,
+    count_rad: Float[Array, ""] | None = None,
+) -> Run:
+    """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
+
+    `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
+    that is rounded to counts of `count_rad` [rad] where this is given.
+    """
+    setup = _Setup(motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad)
+    spans = _spans(setup, duration) if duration.ndim == 0 else None
+
+    def tick(carry: _Carry, row: _Row) -> tuple[_Carry, Run]:
+        return _tick(setup, _spans(setup, row.duration) if spans is None else spans, _begun(setup, carry, row), row)
+
+    _, run = jax.lax.scan(tick, _start(setup, rows.volts.dtype), _inputs(setup.parts, rows, duration))
+    return run
+
+
+def _inputs(parts: Parts, rows: Rows, duration: Float[Array, "..."]) -> _Row:
+    lengths = jnp.broadcast_to(duration, rows.volts.shape)
+    ended = jnp.concatenate([rows.time[:1], (rows.time + lengths)[:-1]])
+    pause = jnp.maximum(rows.time - ended, 0.0)
+    angle = None if rows.angle is None else _angles(_true_angle(parts, rows.angle), rows.reset)
+    return _Row(rows.volts, rows.reset, rows.initial_speed, rows.time, pause, lengths, angle, rows.warmth)
+
+
+def _true_angle(parts: Parts, read: Float[Array, " n"]) -> Float[Array, " n"]:
+    """θ = y - e(θ), by as many repetitions as it takes for any error that a turning encoder can have."""
+    angle = read
+    for _ in range(4 if parts.discs else 0):
+        angle = read - sum((disc.error(angle) for disc in parts.discs), jnp.zeros_like(read))
+    return angle
+
+
+def _angles(angle: Float[Array, " n"], reset: Bool[Array, " n"]) -> _Angle:
+    end = jnp.ones(1, bool)
+    last = jnp.concatenate([reset[1:], end])
+    turn = jnp.where(last, 0.0, jnp.concatenate([angle[1:], angle[-1:]]) - angle)
+    after, before = jnp.concatenate([turn[1:], turn[-1:]]), jnp.concatenate([turn[:1], turn[:-1]])
+    inside = ~reset & ~last & ~jnp.concatenate([last[1:], end])
+    return _Angle(angle, turn, jnp.where(inside, 0.25 * (after - before), 0.0))
+
+
+def _spans(setup: _Setup, duration: Scalar) -> _Spans:
+    """Where a delay ends within the tick a further step begins, so that each step has one voltage."""
+    steps, delays = setup.steps, setup.parts.delays
+    for effect in setup.parts.loads:
+        steps = jnp.maximum(steps, jnp.ceil(duration / effect.longest_step_s - 1e-6).astype(steps.dtype))
+
+    def over(length: Scalar, number: Int[Array, ""]) -> Linear:
+        length = length / number.astype(length.dtype)
+        return linear_part(setup.motor.linear, setup.motor.viscous_share, setup.parts, length)
+
+    if not delays:
+        even, none = over(duration, steps), jnp.zeros_like(steps)
+        return _Spans(even, even, none, steps, none)
+    ticks = sum(effect.delay() for effect in delays) / duration
+    whole = jnp.clip(jnp.floor(ticks), 0.0, LONGEST_DELAY - 2.0)
+    part = jnp.minimum(ticks - whole, 1.0)
+    first = jnp.clip(jnp.ceil(part * steps.astype(part.dtype)).astype(steps.dtype), 1, steps)
+    old, new = over(part * duration, first), over((1 - part) * duration, steps + 1 - first)
+    return _Spans(old, new, first, steps + 1, whole.astype(steps.dtype))
+
+
+def _start(setup: _Setup, dtype: Any) -> _Carry:
+    zero = jnp.zeros((), dtype)
+    memory = tuple(zero for _ in setup.parts.memories)
+    past = jnp.zeros(LONGEST_DELAY if setup.parts.delays else 0, dtype)
+    control = None if setup.controller is None else setup.controller.begin()
+    return _Carry(setup.resting(zero), memory, past, zero, zero, zero + 0.5, control)
+
+
+def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
+    """`carry`, or where an experiment begins its begin. The angle goes on, and what is warm stays warm."""
+    if row.warmth is None:
+        before, pause = carry.memory, row.pause
+    else:
+        before, pause = tuple(row.warmth for _ in carry.memory), jnp.zeros_like(row.pause)
+    effects = zip(setup.parts.memories, before, strict=True)
+    new = carry._replace(
+        x=setup.resting(row.speed),
+        memory=tuple(effect.begin(memory, row.speed, pause) for effect, memory in effects),
+        past=jnp.zeros_like(carry.past),
+        read=row.speed * row.duration,
+        control=None if setup.controller is None else setup.controller.begin(),
+    )
+    return jax.tree.map(lambda new, old: jnp.where(row.reset, new, old), new, carry)
+
+
+def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carry, Run]:
+    parts, volts, control = setup.parts, row.volts, carry.control
+    if setup.controller is not None:
+        volts, control = setup.controller.volts(control, volts, carry.read, row.duration)
+    past = jnp.concatenate([volts[None], carry.past[:-1]]) if parts.delays else carry.past
+    old, new = (past[spans.whole + 1], past[spans.whole]) if parts.delays else (volts, volts)
+    zero = jnp.zeros_like(volts)
+    state = _steps(setup, spans, State(carry.x, carry.memory, zero, zero), old, new, carry.angle, row)
+    seen = state.seen + _disc_error(parts, carry.angle, state.turn, row.angle)
+    read, reading = _rounded(carry.reading, seen, setup.count_rad)
+    after = _Carry(state.x, state.memory, past, carry.angle + state.turn, read, reading, control)
+    speed = carry.x[0]
+    return after, Run(speed, state.turn, shown_speed(parts, speed, carry.memory, setup.supply), seen, volts)
+
+
+def _steps(
+    setup: _Setup, spans: _Spans, state: State, old_volts: Scalar, new_volts: Scalar, angle: Scalar, row: _Row
+) -> State:
+    """All steps of a tick. A loop, not its steps one after the other: compiled once for any number of them."""
+    old, new = (_source(setup, volts, row.time + 0.5 * row.duration) for volts in (old_volts, new_volts))
+
+    def body(k: Int[Array, ""], state: State) -> State:
+        linear, source = spans.new, new
+        if setup.parts.delays:
+            early = k < spans.first
+            linear, source = jax.tree.map(lambda a, b: jnp.where(early, a, b), (spans.old, old), (linear, source))
+        if row.angle is None:
+            middle = angle + state.turn + 0.5 * linear.duration * state.x[0]
+        else:
+            middle = row.angle.at(_part(setup, spans, k, row.duration))
+        return step(linear, setup.parts, state, source, middle, setup.supply, setup.back)
+
+    return jax.lax.fori_loop(0, spans.steps, body, state)
+
+
+def _part(setup: _Setup, spans: _Spans, k: Int[Array, ""], duration: Scalar) -> Scalar:
+    """Where in the tick the middle of its step `k` is, 0 to 1."""
+    number = k.astype(duration.dtype) + 0.5
+    part = number * spans.new.duration / duration
+    if not setup.parts.delays:
+        return part
+    shift = spans.first.astype(duration.dtype) * (spans.old.duration - spans.new.duration) / duration
+    return jnp.where(k < spans.first, number * spans.old.duration / duration, part + shift)
+
+
+def _source(setup: _Setup, volts: Scalar, time: Scalar) -> Source:
+    source = Source(volts / setup.supply, setup.supply, jnp.ones_like(volts), jnp.zeros_like(volts))
+    for effect in setup.parts.sources:
+        source = effect.source(source, time)
+    return source
+
+
+def _disc_error(parts: Parts, angle: Scalar, turn: Scalar, measured: _Angle | None) -> Scalar:
+    """What errors that depend on the angle add to a tick's reading [rad]."""
+    begin, end = (angle, angle + turn) if measured is None else (measured.begin, measured.begin + measured.turn)
+    return sum((disc.error(end) - disc.error(begin) for disc in parts.discs), jnp.zeros_like(turn))
+
+
+def _rounded(reading: Scalar, seen: Scalar, count_rad: Scalar | None) -> tuple[Scalar, Scalar]:
+    """What the counter shows of `seen` [rad], and where it stands within a count."""
+    if count_rad is None:
+        return seen, reading
+    exact = reading + seen / count_rad
+    whole = jnp.floor(exact)
+    return whole * count_rad, exact - whole

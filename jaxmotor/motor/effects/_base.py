@@ -1,0 +1,284 @@
+"""What an effect is: a small law with parameters, and the place in the motor where it acts.
+
+An effect is final. Where it acts (`drive`, `motion`, `sensor`) is its first base; how it acts is its second, one of the
+roles below, each a single equation. With the neutral value of every parameter an effect is the identity.
+"""
+
+import abc
+from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+E = TypeVar("E", bound="AbstractEffect")
+Scalar = Float[Array, ""]
+Kind = Literal["positive", "signed", "amplitude", "phase", "fixed"]
+
+INFINITE = 1e6
+"""Neutral value of a limit [V]: far beyond any motor's."""
+
+
+def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: float) -> Any:
+    """A parameter's field: its `unit`, its value without effect, where a fit starts, and how far it may be off.
+
+    `kind` says how it is fitted: `positive` through its logarithm, `signed` as it is, `amplitude` and `phase` together
+    as A cos φ and A sin φ (in which the law is linear), `fixed` not at all.
+    """
+    return eqx.field(metadata={"unit": unit, "kind": kind, "neutral": neutral, "start": start, "scale": scale})
+
+
+class AbstractEffect(eqx.Module):
+    """One way in which a motor differs from a linear one."""
+
+    name: ClassVar[str]
+    """As in reports and files."""
+    acts_on: ClassVar[str]
+    """`drive`, `motion` or `sensor`."""
+    stage: ClassVar[int] = 0
+    """Effects of one role act in this order, whatever their order in the motor."""
+
+    @classmethod
+    def of(cls: type[E], **values: Any) -> E:
+        """The effect with these parameters; plain numbers will do."""
+        return cls(**{key: jnp.asarray(np.asarray(value, float)) for key, value in values.items()})
+
+    @classmethod
+    def neutral(cls: type[E]) -> E:
+        """The effect that does nothing."""
+        return cls.of(**{key: about["neutral"] for key, about in parameters(cls).items()})
+
+    @classmethod
+    def start(cls: type[E], **values: Any) -> E:
+        """A plausible size to start a fit from, but for the `values` given."""
+        return cls.of(**({key: about["start"] for key, about in parameters(cls).items()} | values))
+
+
+class AbstractDriveEffect(AbstractEffect):
+    """Acts on the voltage before the motor."""
+
+    acts_on: ClassVar[str] = "drive"
+
+
+class AbstractMotionEffect(AbstractEffect):
+    """Acts on torque and speed."""
+
+    acts_on: ClassVar[str] = "motion"
+
+
+class AbstractSensorEffect(AbstractEffect):
+    """Acts on the reading."""
+
+    acts_on: ClassVar[str] = "sensor"
+
+
+def parameters(effect: AbstractEffect | type[AbstractEffect]) -> dict[str, dict[str, Any]]:
+    """What is known about each parameter, by its name: unit, kind, neutral, start, scale."""
+    fields = getattr(effect, "__dataclass_fields__", {})
+    return {name: dict(field.metadata) for name, field in fields.items() if "kind" in field.metadata}
+
+
+def to_free(effect: AbstractEffect) -> Float[Array, " p"]:
+    """The effect's parameters as unconstrained numbers."""
+    free = []
+    for name, about in parameters(effect).items():
+        value = getattr(effect, name)
+        if about["kind"] == "positive":
+            free.append(jnp.log(value))
+        elif about["kind"] == "signed":
+            free.append(value)
+        elif about["kind"] == "amplitude":
+            phase = effect.phase_rad  # pyright: ignore[reportAttributeAccessIssue]
+            free += [value * jnp.cos(phase), value * jnp.sin(phase)]
+    return jnp.stack(free) if free else jnp.zeros(0)
+
+
+def from_free(effect: AbstractEffect, free: Float[Array, " p"]) -> AbstractEffect:
+    """`effect` with the parameters that `free` stands for; those that are not fitted stay."""
+    values, rest = {name: getattr(effect, name) for name in parameters(effect)}, list(free)
+    for name, about in parameters(effect).items():
+        if about["kind"] == "positive":
+            values[name] = jnp.exp(rest.pop(0))
+        elif about["kind"] == "signed":
+            values[name] = rest.pop(0)
+        elif about["kind"] == "amplitude":
+            along, across = rest.pop(0), rest.pop(0)
+            values |= {name: jnp.hypot(along, across), "phase_rad": jnp.arctan2(across, along)}
+    return type(effect)(**values)
+
+
+# ---- roles
+
+
+class Source(NamedTuple):
+    """The bridge: `duty` of a `supply` [V], times `factor`, plus `offset` [V]."""
+
+    duty: Scalar
+    supply: Scalar
+    factor: Scalar
+    offset: Scalar
+
+    @property
+    def mean(self) -> Scalar:
+        """Mean voltage that the bridge is told to give [V]."""
+        return self.duty * self.supply
+
+    @property
+    def volts(self) -> Scalar:
+        """Mean voltage at the winding [V]."""
+        return self.duty * self.supply * self.factor + self.offset
+
+    def told(self, mean: Scalar) -> "Source":
+        """The bridge told to give another mean voltage [V]."""
+        return self._replace(duty=mean / self.supply)
+
+
+class AbstractSourceEffect(AbstractEffect):
+    """A law of the bridge without memory, evaluated where the voltage changes."""
+
+    @abc.abstractmethod
+    def source(self, source: Source, time: Scalar) -> Source:
+        """The bridge with the effect, at `time` [s] since the recording began."""
+
+
+class AbstractDelayEffect(AbstractEffect):
+    """Time passes between a command and the voltage."""
+
+    @abc.abstractmethod
+    def delay(self) -> Scalar:
+        """How late the voltage is [s]."""
+
+
+class Winding(NamedTuple):
+    """The winding for the length of a step; None where nothing has changed it.
+
+    Its current times its cold resistance, q [V], is `share` (`volts` - back-EMF)/`resistance` within +-`limit`.
+    """
+
+    volts: Scalar
+    """The voltage while it is connected."""
+    way: Scalar
+    """1 where the supply gives current, -1 where it takes current back."""
+    resistance: Scalar | None = None
+    """Relative to the cold winding's."""
+    limit: Scalar | None = None
+    """Of abs(q) [V]."""
+    share: Scalar | None = None
+    """The share of time in which it is connected; current then flows towards the voltage only, and without lag."""
+
+    def more_resistance(self, ratio: Scalar) -> "Winding":
+        """With a further resistance, relative to the cold winding's."""
+        return self._replace(resistance=(1.0 if self.resistance is None else self.resistance) + ratio)
+
+
+class AbstractWindingEffect(AbstractEffect):
+    """A law of the winding's current."""
+
+    lagless: ClassVar[bool] = False
+    """The current follows its law without electrical lag."""
+
+    @abc.abstractmethod
+    def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
+        """The winding with the effect."""
+
+
+class AbstractLagEffect(AbstractEffect):
+    """Adds to the electrical time constant."""
+
+    @abc.abstractmethod
+    def lag(self) -> Scalar:
+        """Additional L/R [s]."""
+
+
+class AbstractTorqueEffect(AbstractEffect):
+    """A torque that depends on speed and angle smoothly."""
+
+    @abc.abstractmethod
+    def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
+        """The voltage [V] that overcomes it, positive where it resists positive motion."""
+
+
+class AbstractFrictionEffect(AbstractEffect):
+    """A torque against the motion, in either direction, that also holds at rest."""
+
+    @abc.abstractmethod
+    def rubs(self, speed: Scalar) -> Scalar:
+        """The voltage [V] that overcomes it at `speed` [rad/s], of either sign."""
+
+
+class Load(NamedTuple):
+    """A second inertia, `ratio` times the rotor's, on a spring behind a gap.
+
+    The load alone, the rotor held, swings at `frequency` [rad/s] with a `damping` ratio. Without a gap
+    `gap` [rad] is None.
+    """
+
+    ratio: Scalar
+    frequency: Scalar
+    damping: Scalar
+    gap: Scalar | None
+
+
+class AbstractLoadEffect(AbstractEffect):
+    """Puts a load behind a spring or a gap."""
+
+    longest_step_s: ClassVar[float] = 1.0
+    """Steps are made no longer than this, whatever number is asked for [s]."""
+
+    @abc.abstractmethod
+    def load(self) -> Load: ...
+
+
+class Step(NamedTuple):
+    """What happened in a step of `duration` [s]."""
+
+    duration: Scalar
+    before: Scalar
+    """Speed at its begin [rad/s]."""
+    after: Scalar
+    """Speed at its end [rad/s]."""
+    mean: Scalar
+    """Mean speed [rad/s]."""
+    current: Scalar
+    """Mean current times the cold resistance [V]."""
+    seen: Scalar
+    """Mean speed as the sensor sees it [rad/s]."""
+    supply: Scalar
+    """Nominal supply [V]."""
+
+
+class AbstractMemoryEffect(AbstractEffect):
+    """Has a state of its own."""
+
+    @abc.abstractmethod
+    def begin(self, memory: Scalar, speed: Scalar, pause: Scalar) -> Scalar:
+        """Its state where an experiment begins at `speed`, `pause` [s] after the one before it ended with `memory`."""
+
+    @abc.abstractmethod
+    def advance(self, memory: Scalar, step: Step) -> Scalar:
+        """Its state after `step`."""
+
+
+class AbstractCountEffect(AbstractEffect):
+    """The encoder shows another motion than the shaft's, step by step."""
+
+    @abc.abstractmethod
+    def counted(self, step: Step) -> Scalar:
+        """Mean speed that the encoder shows in the step [rad/s]."""
+
+
+class AbstractLagSensorEffect(AbstractMemoryEffect):
+    """The reading trails behind by the effect's memory [rad]."""
+
+    @abc.abstractmethod
+    def speed(self, memory: Scalar, speed: Scalar) -> Scalar:
+        """The filtered speed [rad/s]."""
+
+
+class AbstractAngleSensorEffect(AbstractEffect):
+    """The reading has an error that depends on the angle."""
+
+    @abc.abstractmethod
+    def error(self, angle: Float[Array, "*n"]) -> Float[Array, "*n"]:
+        """Reading minus angle [rad], at `angle` [rad]."""

@@ -1,0 +1,73 @@
+"""Effects between the shaft and the log."""
+
+from typing import ClassVar
+
+import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+from jaxmotor.motor.effects._base import (
+    AbstractAngleSensorEffect,
+    AbstractCountEffect,
+    AbstractLagSensorEffect,
+    AbstractSensorEffect,
+    Scalar,
+    Step,
+    parameter,
+)
+
+
+class MissedCounts(AbstractSensorEffect, AbstractCountEffect):
+    """(1 - r) w where |w| > ws: a share of the counts is lost at speed."""
+
+    name: ClassVar[str] = "missed_counts"
+    ratio: Scalar = parameter("1", "positive", neutral=0.0, start=0.05, scale=0.04)
+    """r [1]."""
+    speed_rad_s: Scalar = parameter("rad/s", "positive", neutral=40.0, start=40.0, scale=20.0)
+    """ws [rad/s]."""
+
+    def counted(self, step: Step) -> Scalar:
+        # Within a step the speed is taken as a straight line, which crosses ws once at most.
+        sizes = jnp.abs(step.before), jnp.abs(step.after)
+        low, high = jnp.minimum(*sizes), jnp.maximum(*sizes)
+        above = jnp.clip((high - self.speed_rad_s) / jnp.maximum(high - low, 1e-9), 0.0, 1.0)
+        return step.seen * (1 - self.ratio * above)
+
+
+class SensorLag(AbstractSensorEffect, AbstractLagSensorEffect):
+    """τ y' = θ - y: the reading, and so the logged speed, was filtered. Its memory is θ - y."""
+
+    name: ClassVar[str] = "sensor_lag"
+    time_constant_s: Scalar = parameter("s", "positive", neutral=0.0, start=5e-3, scale=4e-3)
+    """τ [s]."""
+
+    def begin(self, memory: Scalar, speed: Scalar, pause: Scalar) -> Scalar:
+        del memory, pause
+        return self.time_constant_s * speed
+
+    def advance(self, memory: Scalar, step: Step) -> Scalar:
+        """Exact where the speed is a straight line over the step."""
+        tau, duration = self.time_constant_s, jnp.maximum(step.duration, 1e-12)
+        shift = step.seen - step.mean
+        before, after = step.before + shift, step.after + shift
+        bend = tau * (after - before) / duration
+        decay = jnp.exp(-duration / jnp.maximum(tau, 1e-3 * duration))
+        return tau * (after - bend) + (memory - tau * (before - bend)) * decay
+
+    def speed(self, memory: Scalar, speed: Scalar) -> Scalar:
+        lags = self.time_constant_s > 0
+        return jnp.where(lags, memory / jnp.where(lags, self.time_constant_s, 1.0), speed)
+
+
+class EncoderEccentricity(AbstractSensorEffect, AbstractAngleSensorEffect):
+    """y = θ + A sin(n θ + φ): a disc or magnet off its centre."""
+
+    name: ClassVar[str] = "encoder_eccentricity"
+    amplitude_rad: Scalar = parameter("rad", "amplitude", neutral=0.0, start=0.03, scale=0.02)
+    """A [rad]."""
+    cycles_per_rev: Scalar = parameter("1", "fixed", neutral=1.0, start=1.0, scale=1.0)
+    """n [1]."""
+    phase_rad: Scalar = parameter("rad", "phase", neutral=0.0, start=0.0, scale=1.0)
+    """φ [rad]."""
+
+    def error(self, angle: Float[Array, "*n"]) -> Float[Array, "*n"]:
+        return self.amplitude_rad * jnp.sin(self.cycles_per_rev * angle + self.phase_rad)
