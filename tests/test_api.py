@@ -35,3 +35,9 @@ def test_importing_changes_no_setting():
         "assert dict(jax.config.values) == before and not jax.config.jax_enable_x64"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_test_files_have_names_of_their_own():
+    """pytest imports them by their bare names; two of one name hide each other."""
+    names = [path.name for path in Path(__file__).parent.rglob("test_*.py")]
+    assert len(names) == len(set(names))
