@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._each import for_each
 from jaxmotor.cli._folder import check_names, make_folder
 
 if TYPE_CHECKING:
@@ -26,17 +26,7 @@ def diagnose_command(
     if output is not None:
         check_names(recordings)
         make_folder(output)
-    failed = False
-    for path in recordings:
-        try:
-            _one(path, json, output, seed)
-        except JaxmotorError as error:
-            if len(recordings) == 1:
-                raise
-            typer.echo(f"jaxmotor: {error}", err=True)
-            failed = True
-    if failed:
-        raise typer.Exit(1)
+    for_each(recordings, lambda path: _one(path, json, output, seed))
 
 
 def _one(path: Path, json: bool, output: Path | None, seed: int) -> None:

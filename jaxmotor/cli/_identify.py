@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._each import for_each
 from jaxmotor.cli._folder import check_names, make_folder
 
 
@@ -48,17 +48,7 @@ def identify_command(
     if output is not None:
         check_names(recordings)
         make_folder(output)
-    failed = False
-    for path in recordings:
-        try:
-            _one(path, method, model, hold_out, resistance, inductance, json, output)
-        except JaxmotorError as error:
-            if len(recordings) == 1:
-                raise
-            typer.echo(f"jaxmotor: {error}", err=True)
-            failed = True
-    if failed:
-        raise typer.Exit(1)
+    for_each(recordings, lambda path: _one(path, method, model, hold_out, resistance, inductance, json, output))
 
 
 def _one(
