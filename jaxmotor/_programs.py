@@ -4,6 +4,7 @@ JAX's compilation cache saves the compiler's time but not that of tracing and lo
 Where a compilation cache is set, a program's exported form goes into the same folder and is called from there.
 """
 
+import contextlib
 import functools
 import hashlib
 from collections.abc import Callable
@@ -16,10 +17,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import export
 
+from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import replacing
 
 Arrays = dict[str, jax.Array]
 PACKAGE = Path(__file__).parent
+DIGEST = hashlib.sha256().digest_size
 # Calls of LAPACK that JAX does not promise to keep from one version to the next; the key names the version.
 UNPROMISED = [export.DisabledSafetyCheck.custom_call(f"lapack_{kind}ormqr_ffi") for kind in "sd"]
 
@@ -46,18 +49,35 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
 
 
 def _called(path: Path, flat: Callable[[list[Any]], Arrays], leaves: list[Any]) -> Callable[..., Arrays]:
-    """The exported form in `path`, made first where there is none that can be read."""
+    """The exported form in `path`, made first where there is none that is whole."""
     ready = _ready(str(path))
     if not ready:
-        try:
-            exported = export.deserialize(bytearray(path.read_bytes()))
-        except (OSError, ValueError, RuntimeError, TypeError):
+        stored = _stored(path)
+        if stored is None:
             exported = export.export(jax.jit(flat), disabled_checks=UNPROMISED)(leaves)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(path) as part:
-                part.write_bytes(exported.serialize())
+            _store(path, bytes(exported.serialize()))
+        else:
+            exported = export.deserialize(bytearray(stored))
         ready.append(jax.jit(exported.call))
     return ready[0]
+
+
+def _stored(path: Path) -> bytes | None:
+    """What `_store` put into `path`; None where there is nothing, or not all of it."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    digest, stored = content[:DIGEST], content[DIGEST:]
+    return stored if hashlib.sha256(stored).digest() == digest else None
+
+
+def _store(path: Path, exported: bytes) -> None:
+    """Keep `exported` with its digest. A cache that cannot be written costs time on the next run, nothing else."""
+    with contextlib.suppress(OSError, JaxmotorError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as part:
+            part.write_bytes(hashlib.sha256(exported).digest() + exported)
 
 
 @functools.lru_cache(maxsize=128)

@@ -6,15 +6,26 @@ from pathlib import Path
 
 
 def use_compilation_cache() -> None:
-    """Keep compiled programs in `$JAXMOTOR_CACHE`, or the user's cache folder; an empty value keeps none."""
+    """Keep compiled programs in `$JAXMOTOR_CACHE`, or the user's cache folder; an empty value keeps none.
+
+    Where the folder cannot be written nothing is kept, and each run compiles.
+    """
     folder = os.environ.get("JAXMOTOR_CACHE", str(_cache_home() / "jaxmotor"))
-    if not folder:
+    if not folder or not _writable(Path(folder)):
         return
     import jax
 
     jax.config.update("jax_compilation_cache_dir", folder)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def _writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK | os.X_OK)
 
 
 def _cache_home() -> Path:

@@ -1,6 +1,7 @@
 """The command line as a user meets it: exit codes, one sentence on the error stream, nothing half-written."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -250,3 +251,23 @@ def test_demo_runs_from_anywhere(capsys, tmp_path, monkeypatch):
     assert (code, err) == (0, "")
     assert str(tmp_path / "pictures") in out.splitlines()[-1]
     assert len(list((tmp_path / "pictures").glob("*.png"))) >= 12
+
+
+def test_a_cache_that_cannot_be_used_costs_only_time(folder, tmp_path):
+    """No folder to be made, then one whose files are damaged: the answer is the same, and nothing is complained of."""
+    command = [sys.executable, "-m", "jaxmotor.cli", "identify", str(folder / "m2.csv"), "--json"]
+
+    def identified(cache):
+        environment = os.environ | {"JAXMOTOR_CACHE": str(cache)}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+        return json.loads(done.stdout)["model"]
+
+    (tmp_path / "file").write_text("in the way")
+    model = identified(tmp_path / "cache")
+    traced = list((tmp_path / "cache").glob("*.traced"))
+    assert len(traced) >= 2
+    for number, path in enumerate(traced):
+        path.write_bytes(path.read_bytes()[:-1] if number else os.urandom(5000))
+    assert identified(tmp_path / "cache") == model
+    assert identified(tmp_path / "file" / "cache") == model

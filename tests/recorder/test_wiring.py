@@ -64,4 +64,6 @@ def test_a_miswired_board_is_found_out(emulator, tmp_path, wiring, said):
 def test_both_swapped_looks_right(emulator, tmp_path):
     """Only a look at the shaft could tell."""
     options = ("--set", "wiring.motor_swapped=true", "--set", "wiring.encoder_swapped=true")
-    record(parse_plan(STEP, "p"), lambda: Port("emulated", options=options), tmp_path / "r.csv")
+    made = record(parse_plan(STEP, "p"), lambda: Port("emulated", options=options), tmp_path / "r.csv")
+    step = next(segment for segment in made.segments if segment.kind == "step")
+    assert step.volts[-1] * (step.count[-1] - step.count[0]) > 0

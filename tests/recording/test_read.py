@@ -211,8 +211,8 @@ def test_segment_without_rows():
 
 @pytest.mark.parametrize("cut", [1, 2, 5, 12, 40, 90, 200, 330])
 def test_truncated(cut):
-    if TEXT[-cut - 1] != "\n":
-        refusal(TEXT[:-cut])
+    cut += TEXT[-cut - 1] == "\n"
+    assert refusal(TEXT[:-cut])
 
 
 def test_truncated_last_line_says_so():
