@@ -152,7 +152,7 @@ multisine_duty(struct experiment *e)
 {
     int32_t sum = 0;
     uint32_t phase = e->phase;
-    uint32_t step = e->increment * e->stride;
+    uint32_t step = phase * e->stride;
     for (uint8_t k = 0; k < e->tones; ++k) {
         sum += sine((phase >> 16) + e->phases[k]);
         phase += step;

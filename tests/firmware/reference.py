@@ -64,8 +64,7 @@ def multisine(ticks, a, b, c):
     phases = [-(k * (k + 1) * 32768 // tones) for k in range(tones)]
     duties = []
     for tick in range(ticks):
-        first = tick * a
-        total = sum(sine(((first + k * stride * a >> 16) + phases[k]) & 0xFFFF) for k in range(tones))
+        total = sum(sine(((a * (1 + k * stride) * tick >> 16) + phases[k]) & 0xFFFF) for k in range(tones))
         duties.append(clip((b * (total >> 3) + (1 << 18)) >> 19, FULL_SCALE))
     return duties
 

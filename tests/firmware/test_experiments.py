@@ -1,8 +1,12 @@
 """Each experiment's duties against the reference, integer by integer."""
 
+import numpy as np
 import pytest
 import reference
 from wire import Script, hertz, level
+
+from jaxmotor.bench import experiment_volts
+from jaxmotor.bench._plan import parse_plan
 
 CASES = [
     ("step", 60, 0, level(-125.4), 0),
@@ -57,6 +61,36 @@ def test_a_sine_is_a_sine():
     duties = reference.sine_wave(1000, hertz(3.01, 0.005), level(200), 0)
     exact = [200 * math.sin(2 * math.pi * 3.01 * 0.005 * k) for k in range(1000)]
     assert max(abs(a - b) for a, b in zip(duties, exact, strict=True)) < 0.53
+
+
+@pytest.mark.parametrize(("first", "tones", "stride"), [(5, 6, 2), (3, 8, 1), (40, 3, 5)])
+def test_a_multisine_has_its_tones_where_it_says(first, tones, stride):
+    """1024 ticks, `first` periods of the first tone: each tone falls on a line of the spectrum of its own."""
+    duties = np.array(reference.multisine(1024, first * 2**22, level(20), tones + (stride << 8)))
+    lines = np.abs(np.fft.rfft(duties)) / 512
+    stated = [first * (1 + j * stride) for j in range(tones)]
+    np.testing.assert_allclose(lines[stated], 20, atol=0.15)
+    assert np.delete(lines, stated).max() < 0.15  # rounding to whole duties
+
+
+def test_a_multisine_is_what_simulations_take_it_for():
+    """Both are written from docs/protocol.md; the board's table of sines and whole duties differ by less than one."""
+    plan = parse_plan(
+        """
+        period_ms = 5
+        [[experiment]]
+        kind = "multisine"
+        first_Hz = 0.7
+        tones = 5
+        stride = 3
+        amplitude_V = 0.9
+        duration_s = 3
+        """,
+        "here",
+    )
+    duties = reference.multisine(600, hertz(0.7, 0.005), level(0.9 / 7.4 * reference.FULL_SCALE), 5 + (3 << 8))
+    wanted = experiment_volts(plan, 0, 7.4) / 7.4 * reference.FULL_SCALE
+    assert np.abs(duties - wanted).max() < 0.6
 
 
 def test_segments_follow_each_other_without_a_lost_tick(bench):
