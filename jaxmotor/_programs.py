@@ -38,28 +38,32 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
             return jitted(*arguments)
         dynamic, static = eqx.partition(arguments, eqx.is_array)
         leaves, tree = jax.tree.flatten(dynamic)
+        chosen, choices = jax.tree.flatten(static)
+        shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+        # Compared as it is, not printed: printing a large tree takes longer than running its program.
+        about = (folder, tree, choices, tuple(chosen), shapes, jnp.result_type(float), jax.default_backend())
+        if about not in known:
+            path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.traced"
 
-        def flat(leaves: list[Any]) -> Arrays:
-            return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
+            def flat(leaves: list[Any]) -> Arrays:
+                return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
 
-        path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.traced"
-        return _called(path, flat, leaves)(leaves)
+            known[about] = _called(path, flat, leaves)
+        return known[about](leaves)
 
+    known: dict[Any, Callable[..., Arrays]] = {}
     return call
 
 
 def _called(path: Path, flat: Callable[[list[Any]], Arrays], leaves: list[Any]) -> Callable[..., Arrays]:
     """The exported form in `path`, made first where there is none that is whole."""
-    ready = _ready(str(path))
-    if not ready:
-        stored = _stored(path)
-        if stored is None:
-            exported = export.export(jax.jit(flat), disabled_checks=UNPROMISED)(leaves)
-            _store(path, bytes(exported.serialize()))
-        else:
-            exported = export.deserialize(bytearray(stored))
-        ready.append(jax.jit(exported.call))
-    return ready[0]
+    stored = _stored(path)
+    if stored is None:
+        exported = export.export(jax.jit(flat), disabled_checks=UNPROMISED)(leaves)
+        _store(path, bytes(exported.serialize()))
+    else:
+        exported = export.deserialize(bytearray(stored))
+    return jax.jit(exported.call)
 
 
 def _stored(path: Path) -> bytes | None:
@@ -80,13 +84,6 @@ def _store(path: Path, exported: bytes) -> None:
             part.write_bytes(hashlib.sha256(exported).digest() + exported)
 
 
-@functools.lru_cache(maxsize=128)
-def _ready(path: str) -> list[Callable[..., Arrays]]:
-    """What this process already has of `path`."""
-    del path
-    return []
-
-
 def _key(function: Callable[..., Arrays], static: Any, tree: Any, leaves: list[Any]) -> str:
     shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
     about = (
@@ -103,6 +100,7 @@ def _key(function: Callable[..., Arrays], static: Any, tree: Any, leaves: list[A
 @functools.cache
 def _sources() -> str:
     """Of which version the program is: JAX's, and this package's files."""
-    files = [path for layer in ("motor", "estimate") for path in sorted((PACKAGE / layer).rglob("*.py"))]
+    layers = ("motor", "estimate", "diagnosis", "fleet")
+    files = [path for layer in layers for path in sorted((PACKAGE / layer).rglob("*.py"))]
     stamps = [(path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in files]
     return repr((jax.__version__, stamps))

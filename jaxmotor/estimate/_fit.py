@@ -29,7 +29,7 @@ class Fit:
     standard_error: AbstractLinearMotor
     """One for each parameter, in its unit; 1.96 of them each way hold the truth 95 times of 100."""
     covariance: np.ndarray
-    """(p, p) of (gain [rad/s/V], pole [rad/s] [, electrical time constant [s]])."""
+    """(p, p) of (gain [rad/s/V], pole [rad/s], electrical time constant [s] if there is one)."""
     offset_V: float
     """Constant voltage error that was fitted along [V]; 0 where the method has none."""
     offset_standard_error_V: float

@@ -21,13 +21,26 @@ from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._traces import fit_percent, traces_of
 from jaxmotor.estimate._trajectory import MAX_STEPS, Problem, Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
+from jaxmotor.motor import FirstOrder
 from jaxmotor.recording import Recording, check
 
+UNSETTLED = "the fit to the frequency response did not settle; gain and pole come from the whole recording"
 
-class _Response(NamedTuple):
-    """What the sines alone say."""
 
-    response: FrequencyResponse
+class Prepared(NamedTuple):
+    """A recording that passed its checks, ready to be fitted."""
+
+    recording: Recording
+    fitted: tuple[int, ...]
+    """Segments to fit."""
+    held_out: tuple[int, ...]
+    packed: Packed
+    notes: tuple[str, ...]
+
+
+class SineMotor(NamedTuple):
+    """The motor that the sines alone give."""
+
     psi: np.ndarray
     """(K, b, log a) of the fit to it."""
     covariance: np.ndarray
@@ -35,7 +48,14 @@ class _Response(NamedTuple):
     solved: bool
 
 
-class _Estimate(NamedTuple):
+class _Response(NamedTuple):
+    """What the sines alone say."""
+
+    response: FrequencyResponse
+    motor: SineMotor
+
+
+class Estimate(NamedTuple):
     """What the whole recording says."""
 
     solution: Solution
@@ -58,17 +78,16 @@ def identify(
 
     **Raises:** `JaxmotorError`, one sentence, where the recording is damaged or does not determine the motor.
     """
-    notes = list(check(recording))
-    held_out = tuple(sorted(set(hold_out)))
-    fitted = _fitted(recording, held_out)
-    packed = pack(recording, fitted)
+    prepared = prepare(recording, hold_out)
+    fitted, held_out, packed, notes = prepared.fitted, prepared.held_out, prepared.packed, list(prepared.notes)
     problem = as_problem(packed)
     about = _about(recording, fitted, held_out)
     if method == "paper":
         return _paper(recording, packed, problem, fitted, notes, about)
-    _needs_more_than_one_frequency(recording, fitted)
+    needs_more_than_one_frequency(recording, fitted)
     response = _response(recording, fitted, notes)
-    psi = response.psi if response is not None and response.solved else _data_start(problem)
+    sines = None if response is None else response.motor
+    psi = sines.psi if sines is not None and sines.solved else _data_start(problem)
     estimate = _estimate(recording, problem, psi, seed)
     if model == "second":
         estimate = _second_order(recording, problem, estimate, seed, notes)
@@ -81,10 +100,45 @@ def identify(
         offset_standard_error_V=judgement.offset_standard_error_V,
         method="exact",
         frequency_response=None if response is None else response.response,
-        notes=(*notes, *judgement.notes, *_agreement(response, judgement)),
+        notes=(*notes, *judgement.notes, *agreement(sines, judgement)),
         **about,
-        **_scores(packed, np.asarray(estimate.solution.residual)),
+        **scores(packed, np.asarray(estimate.solution.residual)),
     )
+
+
+def best_guess(recording: Recording, why: str) -> Fit:
+    """The linear motor that comes nearest where `identify` refuses to give one, with infinite errors.
+
+    `why` becomes a note. **Raises:** `JaxmotorError` where the recording is damaged.
+    """
+    prepared = prepare(recording)
+    problem = as_problem(prepared.packed)
+    psi = _data_start(problem)
+    solution = evaluate_program(problem, to_jax(psi))
+    unknown = to_jax(np.float64(np.inf))
+    return Fit(
+        motor=to_numpy(FirstOrder(*(to_jax(np.float64(value)) for value in (psi[0], np.exp(psi[2]))))),
+        standard_error=to_numpy(FirstOrder(unknown, unknown)),
+        covariance=np.diag([np.inf, np.inf]),
+        offset_V=float(psi[1] / psi[0]),
+        offset_standard_error_V=float("inf"),
+        method="exact",
+        frequency_response=None,
+        notes=(*prepared.notes, f"a linear motor alone: {why.partition(': ')[2] or why}"),
+        **_about(recording, prepared.fitted, ()),
+        **scores(prepared.packed, np.asarray(solution["residual"])),
+    )
+
+
+def prepare(recording: Recording, hold_out: Iterable[int] = ()) -> Prepared:
+    """`recording` checked and packed, without the segments `hold_out`. Numpy only.
+
+    **Raises:** `JaxmotorError`, as `identify`.
+    """
+    notes = check(recording)
+    held_out = tuple(sorted(set(hold_out)))
+    fitted = _fitted(recording, held_out)
+    return Prepared(recording, fitted, held_out, pack(recording, fitted), notes)
 
 
 def as_problem(packed: Packed) -> Problem:
@@ -128,8 +182,7 @@ def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:
 
 def _response(recording: Recording, fitted: tuple[int, ...], notes: list[str]) -> _Response | None:
     """The frequency response and the motor that fits it, where there are sines for it."""
-    sines = sine_segments(recording, fitted)
-    if len({recording.segments[index].parameters["frequency_Hz"] for index in sines}) < 2:
+    if not enough_sines(recording, fitted):
         return None
     data = sine_data(recording, fitted)
     found = {name: np.asarray(value) for name, value in response_program(as_sines(data)).items()}
@@ -137,12 +190,24 @@ def _response(recording: Recording, fitted: tuple[int, ...], notes: list[str]) -
     window = data.window_s if data.kind == "speed" else None
     response = to_numpy(FrequencyResponse(*to_jax(arrays), window_s=window))
     if not found["solved"]:
-        notes.append("the fit to the frequency response did not settle; gain and pole come from the whole recording")
+        notes.append(UNSETTLED)
+    return _Response(response, sine_motor(found))
+
+
+def enough_sines(recording: Recording, fitted: tuple[int, ...]) -> bool:
+    """There are sines of two frequencies among the segments `fitted`."""
+    sines = sine_segments(recording, fitted)
+    return len({recording.segments[index].parameters["frequency_Hz"] for index in sines}) >= 2
+
+
+def sine_motor(found: dict[str, np.ndarray]) -> SineMotor:
+    """From the arrays of `response_program`."""
     psi = np.array([found["gain"], 0.0, np.log(found["pole"])])
-    return _Response(response, psi, found["covariance"], bool(found["solved"]))
+    return SineMotor(psi, found["covariance"], bool(found["solved"]))
 
 
-def _needs_more_than_one_frequency(recording: Recording, fitted: tuple[int, ...]) -> None:
+def needs_more_than_one_frequency(recording: Recording, fitted: tuple[int, ...]) -> None:
+    """**Raises:** `JaxmotorError` where all segments are sines of one frequency."""
     chosen = [recording.segments[index] for index in fitted]
     if {segment.kind for segment in chosen} != {"sine"}:
         return
@@ -158,14 +223,21 @@ def _data_start(problem: Problem) -> np.ndarray:
     return np.asarray(start_program(problem, to_jax(pole_range(problem.lanes)))["psi"])
 
 
-def _estimate(recording: Recording, problem: Problem, psi: np.ndarray, seed: int) -> _Estimate:
+def _estimate(recording: Recording, problem: Problem, psi: np.ndarray, seed: int) -> Estimate:
     """The fit to the whole recording.
 
     **Raises:** `JaxmotorError` where it does not settle.
     """
     arrays = trajectory_program(problem, to_jax(psi), to_jax(np.uint32(seed)))
-    found: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
-    estimate = _Estimate(
+    return estimate_of(recording, {name: np.asarray(value) for name, value in arrays.items()})
+
+
+def estimate_of(recording: Recording, found: dict[str, Any]) -> Estimate:
+    """From the arrays of `trajectory_program`.
+
+    **Raises:** `JaxmotorError` where the fit did not settle.
+    """
+    estimate = Estimate(
         Solution(**{name: found[name] for name in Solution._fields}),
         Uncertainty(**{name: found[name] for name in Uncertainty._fields}),
     )
@@ -177,11 +249,11 @@ def _estimate(recording: Recording, problem: Problem, psi: np.ndarray, seed: int
     return estimate
 
 
-def _settled(estimate: _Estimate) -> bool:
+def _settled(estimate: Estimate) -> bool:
     return bool(np.isfinite(estimate.solution.psi).all()) and int(estimate.solution.steps) < MAX_STEPS
 
 
-def _second_order(recording: Recording, problem: Problem, first: _Estimate, seed: int, notes: list[str]) -> _Estimate:
+def _second_order(recording: Recording, problem: Problem, first: Estimate, seed: int, notes: list[str]) -> Estimate:
     """The second-order fit where its time constant is seen at all, else the first-order one; and a note on it."""
     start = np.append(np.asarray(first.solution.psi), np.log(0.3 * float(np.min(problem.lanes.duration))))
     second = _shown(recording, problem, start, seed)
@@ -202,7 +274,7 @@ def _second_order(recording: Recording, problem: Problem, first: _Estimate, seed
     return second
 
 
-def _shown(recording: Recording, problem: Problem, start: np.ndarray, seed: int) -> _Estimate | None:
+def _shown(recording: Recording, problem: Problem, start: np.ndarray, seed: int) -> Estimate | None:
     """The second-order fit, or None where its time constant is not known to a third of itself."""
     try:
         second = _estimate(recording, problem, start, seed)
@@ -212,13 +284,13 @@ def _shown(recording: Recording, problem: Problem, start: np.ndarray, seed: int)
     return second if np.sqrt(variance) < 0.3 else None
 
 
-def _agreement(response: _Response | None, judgement: Judgement) -> list[str]:
+def agreement(sines: SineMotor | None, judgement: Judgement) -> list[str]:
     """A note where the frequency response and the whole recording give different motors."""
-    if response is None or not response.solved or judgement.covariance.shape != (2, 2):
+    if sines is None or not sines.solved or judgement.covariance.shape != (2, 2):
         return []
     own = np.array([float(judgement.motor.gain), float(judgement.motor.pole)])
-    apart = np.array([response.psi[0], np.exp(response.psi[2])]) / own - 1
-    spread = np.sqrt(np.diag(judgement.covariance) / own**2 + np.diag(response.covariance))
+    apart = np.array([sines.psi[0], np.exp(sines.psi[2])]) / own - 1
+    spread = np.sqrt(np.diag(judgement.covariance) / own**2 + np.diag(sines.covariance))
     if (np.abs(apart) < 4 * spread).all():
         return []
     return [
@@ -253,7 +325,7 @@ def _paper(
             "too low (15 to 20 % at a period of 5 ms), and its standard error does not know",
         ),
         **about,
-        **_scores(packed, residual),
+        **scores(packed, residual),
     )
 
 
@@ -267,7 +339,8 @@ def _about(recording: Recording, fitted: tuple[int, ...], held_out: tuple[int, .
     }
 
 
-def _scores(packed: Packed, residual: np.ndarray) -> dict[str, Any]:
+def scores(packed: Packed, residual: np.ndarray) -> dict[str, Any]:
+    """How well a fit does that leaves `residual` (lane, row) [units]."""
     observation = packed.observation
     traces = traces_of(packed, residual)
     return {

@@ -83,20 +83,37 @@ class Piece(NamedTuple):
     free: bool
 
 
-def pack(recording: Recording, segments: tuple[int, ...]) -> Packed:
-    """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted."""
+class Room(NamedTuple):
+    """Shapes that are rounded up to few: programs that stop after the rows in use do not mind."""
+
+    lanes: int
+    rows: int
+    """The fewest; more come by factors of four."""
+    pieces: int
+    """The fewest; more come by factors of two."""
+
+
+ROOMY = Room(16, 2048, 64)
+
+
+def pack(recording: Recording, segments: tuple[int, ...], room: Room | None = None) -> Packed:
+    """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted.
+
+    `room` asks for one of few shapes.
+    """
     observation = _observation(recording, segments)
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
-    lane_of, start_of, length = _place([_size(piece) for piece in pieces])
-    shape = (max(lane_of) + 1, bucket(length))
-    lanes = Lanes(
+    lane_of, start_of, length = _place([_size(piece) for piece in pieces], room.lanes if room else None)
+    shape = (room.lanes, _rows(room, length)) if room else (max(lane_of) + 1, bucket(length))
+    number_of_pieces = max(_power_of_two(len(pieces)), room.pieces if room else 1)
+    packed = Lanes(
         volts=np.zeros(shape),
         reset=np.zeros(shape, bool),
         free=np.zeros(shape),
         duration=np.ones(shape),
         observed=np.zeros(shape),
         valid=np.zeros(shape, bool),
-        piece=np.full(shape, _power_of_two(len(pieces)), np.int32),
+        piece=np.full(shape, number_of_pieces, np.int32),
         cluster=np.zeros(shape, np.int32),
         back=np.zeros(shape, np.int32),
         part=np.zeros(shape),
@@ -104,15 +121,15 @@ def pack(recording: Recording, segments: tuple[int, ...]) -> Packed:
     segment_of, row_of, time_s = np.full(shape, -1), np.zeros(shape, int), np.zeros(shape)
     for number, (piece, lane, start) in enumerate(zip(pieces, lane_of, start_of, strict=True)):
         cells = (lane, slice(start, start + _size(piece)))
-        _fill(lanes, cells, recording.segments[piece.segment], piece, observation)
-        lanes.piece[cells] = number
+        _fill(packed, cells, recording.segments[piece.segment], piece, observation)
+        packed.piece[cells] = number
         segment_of[cells] = piece.segment
         row_of[cells] = np.arange(piece.rows.start, piece.rows.stop)
         time_s[cells] = recording.segments[piece.segment].time_s[piece.rows]
-    clusters = _cluster(lanes, segment_of, row_of)
+    clusters = _cluster(packed, segment_of, row_of)
     if recording.period_s is not None:
-        lanes = lanes._replace(duration=np.asarray(recording.period_s))
-    return Packed(lanes, observation, _power_of_two(len(pieces)), clusters, segment_of, row_of, time_s)
+        packed = packed._replace(duration=np.asarray(recording.period_s))
+    return Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
 
 
 def _fill(lanes: Lanes, cells: tuple[int, slice], segment: Segment, piece: Piece, observation: Observation) -> None:
@@ -168,9 +185,9 @@ def _size(piece: Piece) -> int:
     return piece.rows.stop - piece.rows.start
 
 
-def _place(sizes: list[int]) -> tuple[list[int], list[int], int]:
+def _place(sizes: list[int], lanes: int | None) -> tuple[list[int], list[int], int]:
     """Lane and first row of each piece, and the rows of the fullest lane; the longest are placed first."""
-    count = max(1, min(LANES, sum(sizes) // max(sizes)))
+    count = lanes or max(1, min(LANES, sum(sizes) // max(sizes)))
     load = [0] * count
     lane_of, start_of = [0] * len(sizes), [0] * len(sizes)
     for number in sorted(range(len(sizes)), key=lambda number: -sizes[number]):
@@ -178,6 +195,13 @@ def _place(sizes: list[int]) -> tuple[list[int], list[int], int]:
         lane_of[number], start_of[number] = lane, load[lane]
         load[lane] += sizes[number]
     return lane_of, start_of, max(load)
+
+
+def _rows(room: Room, length: int) -> int:
+    rows = room.rows
+    while rows < length:
+        rows *= 4
+    return rows
 
 
 def bucket(size: int) -> int:

@@ -1,18 +1,26 @@
-"""The identified motor as JSON, and back. Format 1; numbers in SI, units in the keys."""
+"""The identified motor as JSON, and back. Format 1; numbers in SI, units in the keys.
+
+`"effects": [{"name", "parameters": {...}, "standard_error": {...}}]` is optional: what makes the motor differ from a
+linear one, in the vocabulary of `EFFECTS`. A file without it is a linear motor.
+"""
 
 import dataclasses
 import json
 import math
+import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor._precision import in_float64
+from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.motor import AbstractLinearMotor, SecondOrder, linear_motor
+from jaxmotor.estimate._model_effects import effects_to_json, read_effects
+from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor, SecondOrder, linear_motor
+from jaxmotor.motor.effects import VoltageOffset
 
 FORMAT = 1
 LARGEST = 20_000_000
@@ -26,7 +34,7 @@ class Model:
 
     motor: AbstractLinearMotor
     covariance: np.ndarray
-    """(p, p) of (gain [rad/s/V], pole [rad/s] [, electrical time constant [s]])."""
+    """(p, p) of (gain [rad/s/V], pole [rad/s], electrical time constant [s] if there is one)."""
     offset_V: float
     """Constant voltage error of the rig that it was identified on [V]."""
     period_s: float | None
@@ -36,12 +44,39 @@ class Model:
     """Fingerprints of the segments that were fitted."""
     source: str
     """The model file."""
+    effects: tuple[AbstractEffect, ...] = ()
+    """What makes it differ from a linear motor."""
+    effect_errors: tuple[Mapping[str, float], ...] = ()
+    """Standard error of each parameter of each of `effects`, by name; NaN where it is not known."""
+
+    response: FrequencyResponse | None = None
+    """What the sines gave, where it came from sines; its leaves are numpy's."""
+
+    @property
+    @in_float64
+    def whole(self) -> Motor:
+        """Motor, effects and the rig's voltage offset in one, to simulate with `simulate_motor`.
+
+        Its leaves are numpy's, in double precision.
+        """
+        effects = self.effects
+        offset_named = any(effect.name == "voltage_offset" for effect in effects)
+        if self.offset_V and not offset_named:
+            effects = (*effects, to_numpy(VoltageOffset.of(volts_V=self.offset_V)))
+        return to_numpy(Motor(self.motor, effects, to_jax(0.0)))
 
 
 def model_of(fit: Fit) -> Model:
     """`fit` as the model that its file would hold."""
     return Model(
-        fit.motor, fit.covariance, fit.offset_V, fit.period_s, fit.source, frozenset(fit.fingerprints), fit.source
+        fit.motor,
+        fit.covariance,
+        fit.offset_V,
+        fit.period_s,
+        fit.source,
+        frozenset(fit.fingerprints),
+        fit.source,
+        response=fit.frequency_response,
     )
 
 
@@ -70,6 +105,27 @@ def to_json(fit: Fit) -> dict[str, Any]:
     }
 
 
+@in_float64
+def model_to_json(model: Model) -> dict[str, Any]:
+    """`model` with its effects as an object of plain numbers and strings, which `read_model` reads.
+
+    The linear part's standard errors are those of its covariance.
+    """
+    values = [float(v) for v in _parameters(model.motor)]
+    errors = np.sqrt(np.maximum(np.diag(model.covariance), 0.0)).tolist()
+    return {
+        "format": FORMAT,
+        "recording": model.recording,
+        "model": dict(zip(KEYS, values, strict=False)) | {"voltage_offset_V": model.offset_V},
+        "standard_error": dict(zip(KEYS, errors, strict=False)),
+        "covariance": model.covariance.tolist(),
+        "effects": effects_to_json(model.effects, model.effect_errors),
+        "fitted_fingerprints": sorted(model.fitted),
+        "period_s": model.period_s,
+        "frequency_response": None if model.response is None else _response(model.response),
+    }
+
+
 def _parameters(motor: AbstractLinearMotor) -> list[Any]:
     first = [motor.gain, motor.pole]
     return [*first, motor.electrical_time_constant] if isinstance(motor, SecondOrder) else first
@@ -84,15 +140,17 @@ def _response(measured: FrequencyResponse) -> dict[str, Any]:
         "standard_error": np.asarray(measured.standard_error).tolist(),
         "covariance": np.asarray(measured.covariance).tolist(),
         "amplitude_V": np.asarray(measured.amplitude_V).tolist(),
+        "speed_window_s": window,
         "speed": "mean over the tick that holds the voltage" if window is None else f"mean over {window:g} s before",
     }
 
 
-def read_model(path: Path) -> Model:
-    """The motor in a model file that `identify` wrote.
+def read_model(path: str | os.PathLike[str]) -> Model:
+    """The motor in a model file that `identify` wrote, with its effects where it has some.
 
     **Raises:** `JaxmotorError` where the file is missing, is not JSON, or is not a model of format 1.
     """
+    path = Path(path)
     content = _load(path)
     version = content.get("format")
     if version != FORMAT:
@@ -112,7 +170,39 @@ def read_model(path: Path) -> Model:
         str(content.get("recording", "")),
         frozenset(str(print_) for print_ in content.get("fitted_fingerprints") or ()),
         str(path),
+        *_effects(path, content),
+        _read_response(path, content),
     )
+
+
+def _effects(path: Path, content: dict[str, Any]) -> tuple[tuple[AbstractEffect, ...], tuple[dict[str, float], ...]]:
+    try:
+        read = read_effects(content.get("effects"))
+    except ValueError as error:
+        raise JaxmotorError(f"{path}: {error}; write the model anew with jaxmotor") from error
+    return tuple(each.effect for each in read), tuple(each.standard_error for each in read)
+
+
+@in_float64
+def _read_response(path: Path, content: dict[str, Any]) -> FrequencyResponse | None:
+    """The measured response; None where the file has none, or is older than the key that says which speed it is of."""
+    table, period = content.get("frequency_response"), content.get("period_s")
+    if not isinstance(table, dict) or "speed_window_s" not in table or period is None:
+        return None
+    window = None if table["speed_window_s"] is None else _number(path, table, "speed_window_s")
+    columns = []
+    for key in ("frequency_Hz", "real", "imag", "covariance", "amplitude_V"):
+        try:
+            columns.append(np.array(table.get(key), dtype=float))
+        except (ValueError, TypeError):
+            columns.append(np.full(1, np.nan))
+    frequency, real, imag, covariance, amplitude = columns
+    size = frequency.shape
+    same = len(size) == 1 and real.shape == imag.shape == amplitude.shape == size and covariance.shape == (*size, 2, 2)
+    if not same or not all(np.isfinite(column).all() for column in columns):
+        raise JaxmotorError(f"{path}: frequency_response has columns that are no numbers, or differ in length")
+    arrays = (frequency, real + 1j * imag, covariance, amplitude, _number(path, content, "period_s"))
+    return to_numpy(FrequencyResponse(*(to_jax(array) for array in arrays), window_s=window))
 
 
 def _load(path: Path) -> dict[str, Any]:

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.motor._linear import AbstractLinearMotor
+from jaxmotor.motor._scan import scan_rows
 from jaxmotor.motor.effects._base import AbstractEffect, Scalar, Source
 from jaxmotor.motor.effects._substep import (
     Linear,
@@ -194,11 +195,12 @@ def simulate_motor(
     steps: Int[Array, ""] | int = 5,
     controller: AbstractController | None = None,
     count_rad: Float[Array, ""] | None = None,
+    used: Int[Array, ""] | None = None,
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
     `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
-    that is rounded to counts of `count_rad` [rad] where this is given.
+    that is rounded to counts of `count_rad` [rad] where this is given. Rows from `used` on are not simulated.
     """
     setup = _Setup(motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad)
     spans = _spans(setup, duration) if duration.ndim == 0 else None
@@ -206,7 +208,7 @@ def simulate_motor(
     def tick(carry: _Carry, row: _Row) -> tuple[_Carry, Run]:
         return _tick(setup, _spans(setup, row.duration) if spans is None else spans, _begun(setup, carry, row), row)
 
-    _, run = jax.lax.scan(tick, _start(setup, rows.volts.dtype), _inputs(setup.parts, rows, duration))
+    _, run = scan_rows(tick, _start(setup, rows.volts.dtype), _inputs(setup.parts, rows, duration), used)
     return run
 
 

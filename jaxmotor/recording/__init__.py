@@ -6,6 +6,9 @@ from jaxmotor.recording._check import check_output as check_output
 from jaxmotor.recording._check import lost_ticks as lost_ticks
 from jaxmotor.recording._check import warn_sign as warn_sign
 from jaxmotor.recording._foreign import import_log as import_log
+from jaxmotor.recording._from_columns import from_columns as from_columns
+from jaxmotor.recording._from_columns import header_of as header_of
+from jaxmotor.recording._header import Header as Header
 from jaxmotor.recording._jumps import check_jumps as check_jumps
 from jaxmotor.recording._ranges import ranges as ranges
 from jaxmotor.recording._read import read as read

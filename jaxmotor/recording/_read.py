@@ -49,12 +49,12 @@ def parse(data: bytes, source: str) -> Recording:
     if not names_line.strip():
         raise fault(source, line, "no line of column names after the header; the file is cut off or was edited")
     names = parse_names(names_line, source, line)
-    _check_needs(header, names)
+    check_needs(header, names)
     body = _without_trailing_blanks(body)
     if not body:
         raise fault(source, line, "no rows after the column names; record it again")
     columns = parse_rows(body, names, source, line + 1)
-    return _assemble(header, columns, line + 1)
+    return assemble(header, columns, line + 1)
 
 
 def _split_header(text: str) -> tuple[list[str], str]:
@@ -82,7 +82,8 @@ def _without_trailing_blanks(body: str) -> str:
     return body[: body.find("\n", filled) + 1] if filled else ""
 
 
-def _check_needs(header: Header, names: list[str]) -> None:
+def check_needs(header: Header, names: list[str]) -> None:
+    """**Raises:** `RecordingError` where a column in `names` needs a header key that is not there."""
     for column, keys in _NEEDS.items():
         for key, meaning in keys:
             if column in names and key not in header.values:
@@ -93,7 +94,8 @@ def _check_needs(header: Header, names: list[str]) -> None:
         raise header.fault("period_s", "period_s belongs to the column 'tick', but 'time_s' is there; remove one")
 
 
-def _assemble(header: Header, columns: dict[str, np.ndarray], first: int) -> Recording:
+def assemble(header: Header, columns: dict[str, np.ndarray], first: int) -> Recording:
+    """The recording of checked `columns`, whose first row is line `first` of the file."""
     bounds = _bounds(header, columns["segment"], first)
     _check_time(header, columns, bounds, first)
     _check_duty(header, columns, first)

@@ -1,6 +1,7 @@
 """A model against data that it was not fitted to: open loop, mean of step trials, closed loop."""
 
 from jaxmotor.validation._json import to_json as to_json
+from jaxmotor.validation._open_loop import pooled_score as pooled_score
 from jaxmotor.validation._open_loop import score_open_loop as score_open_loop
 from jaxmotor.validation._validate import validate as validate
 from jaxmotor.validation._validation import Band as Band

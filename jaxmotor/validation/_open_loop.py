@@ -34,6 +34,11 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     )
 
 
+def pooled_score(recording: Recording, packed: Packed, residual: np.ndarray, traces: tuple[Trace, ...]) -> Score:
+    """Of all rows of `packed`; `residual` (lane, row) is measured minus simulated [units]."""
+    return _score(recording, packed, residual, None, traces)
+
+
 def initial_speed(model: Model, recording: Recording, segment: int) -> float:
     """Speed [rad/s] at the first row of `segment` that fits its first piece best under the logged voltage."""
     packed = pack(recording, (segment,))

@@ -12,7 +12,7 @@ from effect_cases import PERIOD, STEPS, SUPPLY, fast_turned, linear, motor, numb
 
 from jaxmotor.motor import simulate
 from jaxmotor.motor._motor import Motor, Rows, SpeedLoop, simulate_motor, steps_for
-from jaxmotor.motor.effects import EFFECTS, from_free, parameters, to_free
+from jaxmotor.motor.effects import EFFECTS, Heard, from_free, parameters, to_free
 
 pytestmark = pytest.mark.usefixtures("x64")
 PAGES = Path(__file__).parents[2] / "docs" / "effects"
@@ -173,12 +173,33 @@ def test_a_winding_stays_warm_between_experiments_and_cools_in_pauses():
     cold = run(at, driven._replace(reset=cut.reset, warmth=jnp.zeros(400)))
     back = (1 - at.viscous_share) / at.linear.gain
     speed = found.turn / PERIOD
-    warmth = heating.history(cut.volts, speed, cut.time, number(PERIOD), number(SUPPLY), back)
+    exact = Heard(cut.volts, speed, cut.time, None, number(PERIOD), number(SUPPLY), number(0.0))
+    warmth = heating.history(exact, back, number(np.inf))  # an infinitely fast motor brakes without heat
     known = run(at, cut._replace(warmth=warmth))
     np.testing.assert_allclose(known.turn, found.turn, atol=2e-5)
     np.testing.assert_array_equal(found.turn[:200], cold.turn[:200])
     assert np.abs(found.turn - cold.turn)[200:].max() > 2e-4
     assert 0 < warmth[200] < warmth[199] * np.exp(-3.9 / 5.0)
+    braked = heating.history(exact, back, at.linear.pole)[200] - warmth[200]
+    energy = (back * speed[199] / SUPPLY) ** 2 / (2 * at.linear.pole)
+    np.testing.assert_allclose(braked, 2.0 / 5.0 * energy * np.exp(-4.0 / 5.0), rtol=0.05)
+
+
+def test_rounding_does_not_heat_a_winding():
+    """The mean square of a rounded speed is larger than that of the speed by what rounding is known to add."""
+    [heating] = motor("winding_heating").effects
+    size, deviation = 4000, 3.0
+    volts, speed, time = np.full(size, 5.0), np.full(size, 20.0), np.arange(size) * PERIOD
+    noisy = speed + deviation * (-1.0) ** np.arange(size)
+    about = (None, number(PERIOD), number(SUPPLY))
+
+    def end(speed, variance):
+        heard = Heard(number(volts), number(speed), number(time), *about, number(variance))
+        return float(heating.history(heard, number(0.09), number(40.0))[-1])
+
+    exact = end(speed, 0.0)
+    assert abs(end(noisy, deviation**2) / exact - 1) < 0.0015
+    assert end(noisy, 0.0) / exact - 1 > 0.0025
 
 
 def test_friction_holds_up_to_its_size():

@@ -7,6 +7,8 @@ from jaxmotor.motor.effects._base import AbstractDriveEffect as AbstractDriveEff
 from jaxmotor.motor.effects._base import AbstractEffect as AbstractEffect
 from jaxmotor.motor.effects._base import AbstractMotionEffect as AbstractMotionEffect
 from jaxmotor.motor.effects._base import AbstractSensorEffect as AbstractSensorEffect
+from jaxmotor.motor.effects._base import Rig as Rig
+from jaxmotor.motor.effects._base import free_size as free_size
 from jaxmotor.motor.effects._base import from_free as from_free
 from jaxmotor.motor.effects._base import parameters as parameters
 from jaxmotor.motor.effects._base import to_free as to_free
@@ -24,6 +26,7 @@ from jaxmotor.motor.effects._drive import VoltageSaturation as VoltageSaturation
 from jaxmotor.motor.effects._motion import Backlash as Backlash
 from jaxmotor.motor.effects._motion import Cogging as Cogging
 from jaxmotor.motor.effects._motion import CoulombFriction as CoulombFriction
+from jaxmotor.motor.effects._motion import Heard as Heard
 from jaxmotor.motor.effects._motion import LoadTorque as LoadTorque
 from jaxmotor.motor.effects._motion import QuadraticDrag as QuadraticDrag
 from jaxmotor.motor.effects._motion import ShaftCompliance as ShaftCompliance

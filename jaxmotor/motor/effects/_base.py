@@ -5,6 +5,7 @@ roles below, each a single equation. With the neutral value of every parameter a
 """
 
 import abc
+import math
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
 import equinox as eqx
@@ -18,6 +19,23 @@ Kind = Literal["positive", "signed", "amplitude", "phase", "fixed"]
 
 INFINITE = 1e6
 """Neutral value of a limit [V]: far beyond any motor's."""
+
+
+class Rig(NamedTuple):
+    """What is known of a recording before any effect is: how large an effect could be in it."""
+
+    supply_V: float
+    """Nominal supply."""
+    volts_V: tuple[float, ...]
+    """Sizes of the voltages that were applied, in rising order, without zero; equal ones once."""
+    speed_rad_s: float
+    """Largest speed."""
+    period_s: float
+    """From row to row."""
+    duration_s: float
+    """From the first row to the last."""
+    turns: bool
+    """The measured angle is known throughout, and the shaft turned around."""
 
 
 def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: float) -> Any:
@@ -36,8 +54,14 @@ class AbstractEffect(eqx.Module):
     """As in reports and files."""
     acts_on: ClassVar[str]
     """`drive`, `motion` or `sensor`."""
+    says: ClassVar[str]
+    """What it does, for people: the end of a sentence, with its parameters in braces."""
+    advice: ClassVar[str]
+    """What to do about it, for people."""
     stage: ClassVar[int] = 0
     """Effects of one role act in this order, whatever their order in the motor."""
+    difference: ClassVar[float] = 1e-3
+    """Over which fits difference its parameters: relative where they are positive, else of their scale."""
 
     @classmethod
     def of(cls: type[E], **values: Any) -> E:
@@ -53,6 +77,22 @@ class AbstractEffect(eqx.Module):
     def start(cls: type[E], **values: Any) -> E:
         """A plausible size to start a fit from, but for the `values` given."""
         return cls.of(**({key: about["start"] for key, about in parameters(cls).items()} | values))
+
+    @classmethod
+    @abc.abstractmethod
+    def starts(cls, rig: Rig) -> "tuple[AbstractEffect, ...]":
+        """Plausible sizes in a recording, from which fits start; none where the recording cannot show the effect.
+
+        Laws that a factor makes larger or smaller (`scaled`) need one for each shape, others a few sizes.
+        """
+
+    def scaled(self, factor: float) -> "AbstractEffect":
+        """About `factor` times as much of the effect; parameters whose neutral value is not zero stay."""
+        sizes = {name: getattr(self, name) for name in parameters(self)}
+        for name, about in parameters(self).items():
+            if about["neutral"] == 0.0 and about["kind"] in ("positive", "signed", "amplitude"):
+                sizes[name] = sizes[name] * factor
+        return type(self)(**sizes)
 
 
 class AbstractDriveEffect(AbstractEffect):
@@ -79,33 +119,39 @@ def parameters(effect: AbstractEffect | type[AbstractEffect]) -> dict[str, dict[
     return {name: dict(field.metadata) for name, field in fields.items() if "kind" in field.metadata}
 
 
-def to_free(effect: AbstractEffect) -> Float[Array, " p"]:
+def free_size(effect: AbstractEffect | type[AbstractEffect]) -> int:
+    """How many numbers `to_free` gives."""
+    sizes = {"positive": 1, "signed": 1, "amplitude": 2, "phase": 0, "fixed": 0}
+    return sum(sizes[about["kind"]] for about in parameters(effect).values())
+
+
+def to_free(effect: AbstractEffect) -> Float[np.ndarray, " p"]:
     """The effect's parameters as unconstrained numbers."""
-    free = []
+    free: list[float] = []
     for name, about in parameters(effect).items():
-        value = getattr(effect, name)
+        value = float(getattr(effect, name))
         if about["kind"] == "positive":
-            free.append(jnp.log(value))
+            free.append(math.log(value) if value > 0 else -math.inf)
         elif about["kind"] == "signed":
             free.append(value)
         elif about["kind"] == "amplitude":
-            phase = effect.phase_rad  # pyright: ignore[reportAttributeAccessIssue]
-            free += [value * jnp.cos(phase), value * jnp.sin(phase)]
-    return jnp.stack(free) if free else jnp.zeros(0)
+            phase = float(effect.phase_rad)  # pyright: ignore[reportAttributeAccessIssue]
+            free += [value * math.cos(phase), value * math.sin(phase)]
+    return np.array(free, float)
 
 
-def from_free(effect: AbstractEffect, free: Float[Array, " p"]) -> AbstractEffect:
+def from_free(effect: E, free: Float[np.ndarray, " p"]) -> E:
     """`effect` with the parameters that `free` stands for; those that are not fitted stay."""
-    values, rest = {name: getattr(effect, name) for name in parameters(effect)}, list(free)
+    values, rest = {name: float(getattr(effect, name)) for name in parameters(effect)}, free.tolist()
     for name, about in parameters(effect).items():
         if about["kind"] == "positive":
-            values[name] = jnp.exp(rest.pop(0))
+            values[name] = math.exp(rest.pop(0))
         elif about["kind"] == "signed":
             values[name] = rest.pop(0)
         elif about["kind"] == "amplitude":
             along, across = rest.pop(0), rest.pop(0)
-            values |= {name: jnp.hypot(along, across), "phase_rad": jnp.arctan2(across, along)}
-    return type(effect)(**values)
+            values |= {name: math.hypot(along, across), "phase_rad": math.atan2(across, along)}
+    return type(effect).of(**values)
 
 
 # ---- roles

@@ -9,9 +9,11 @@ from jaxmotor.motor.effects._base import (
     INFINITE,
     AbstractDelayEffect,
     AbstractDriveEffect,
+    AbstractEffect,
     AbstractLagEffect,
     AbstractSourceEffect,
     AbstractWindingEffect,
+    Rig,
     Scalar,
     Source,
     Winding,
@@ -23,8 +25,16 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
     """u(t - d): the voltage acts late, by any fraction of a tick."""
 
     name: ClassVar[str] = "transport_delay"
+    says: ClassVar[str] = "the voltage acts {delay_s} later than it was commanded"
+    advice: ClassVar[str] = (
+        "Write the duty at the start of a tick, shorten what lies between; a controller must allow for the rest."
+    )
     delay_s: Scalar = parameter("s", "positive", neutral=0.0, start=4e-3, scale=4e-3)
     """d [s]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return tuple(cls.of(delay_s=ticks * rig.period_s) for ticks in (0.3, 0.8, 1.4, 2.2, 4.0))
 
     def delay(self) -> Scalar:
         return self.delay_s
@@ -34,9 +44,15 @@ class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
     """Vs (1 - r t): the supply falls over the recording."""
 
     name: ClassVar[str] = "supply_drift"
+    says: ClassVar[str] = "the supply falls by {rate_per_s}"
+    advice: ClassVar[str] = "Charge the battery, use a regulated supply, or log the supply's voltage with every row."
     stage: ClassVar[int] = 1
     rate_per_s: Scalar = parameter("1/s", "signed", neutral=0.0, start=1e-3, scale=1e-3)
     """r [1/s]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.of(rate_per_s=0.07 / max(rig.duration_s, 1.0)),)
 
     def source(self, source: Source, time: Scalar) -> Source:
         return source._replace(supply=source.supply * (1 - self.rate_per_s * time))
@@ -46,9 +62,15 @@ class DeadZone(AbstractDriveEffect, AbstractSourceEffect):
     """sgn(u) max(|u| - d, 0): the first volts are lost."""
 
     name: ClassVar[str] = "dead_zone"
+    says: ClassVar[str] = "the first {volts_V} of any voltage are lost"
+    advice: ClassVar[str] = "Add that voltage to every command, with the command's sign; a MOSFET bridge loses less."
     stage: ClassVar[int] = 2
     volts_V: Scalar = parameter("V", "positive", neutral=0.0, start=0.3, scale=0.2)
     """d [V]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return tuple(cls.of(volts_V=share * rig.supply_V) for share in (0.02, 0.05, 0.1))
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
@@ -60,9 +82,19 @@ class InputThreshold(AbstractDriveEffect, AbstractSourceEffect):
     """u where |u| >= d, else 0: small voltages do nothing, larger ones are complete."""
 
     name: ClassVar[str] = "input_threshold"
+    says: ClassVar[str] = "voltages below {volts_V} do nothing, larger ones act in full"
+    advice: ClassVar[str] = "Keep commands above it; look for a least duty in the driver or its firmware."
     stage: ClassVar[int] = 3
-    volts_V: Scalar = parameter("V", "positive", neutral=0.0, start=0.3, scale=0.2)
+    # A recording shows only between which two of its voltages the threshold is: fits try each place.
+    volts_V: Scalar = parameter("V", "fixed", neutral=0.0, start=0.3, scale=0.2)
     """d [V]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        low, high = 0.004 * rig.supply_V, 0.13 * rig.supply_V
+        between = [(a + b) / 2 for a, b in zip((0.0, *rig.volts_V), rig.volts_V, strict=False)]
+        between = [volts for volts in between if low < volts < high]
+        return tuple(cls.of(volts_V=volts) for volts in between[:: max(1, len(between) // 32)])
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
@@ -74,9 +106,17 @@ class VoltageSaturation(AbstractDriveEffect, AbstractSourceEffect):
     """u within +-Vmax: the bridge gives no more."""
 
     name: ClassVar[str] = "voltage_saturation"
+    says: ClassVar[str] = "the bridge gives no more than {volts_V}"
+    advice: ClassVar[str] = (
+        "Plan with that limit instead of the supply's voltage, and tell the controller (anti-windup)."
+    )
     stage: ClassVar[int] = 4
     volts_V: Scalar = parameter("V", "positive", neutral=INFINITE, start=6.0, scale=1.0)
     """Vmax [V]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return tuple(cls.of(volts_V=share * rig.volts_V[-1]) for share in (0.75, 0.82, 0.88, 0.93, 0.97))
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
@@ -87,9 +127,17 @@ class DirectionAsymmetry(AbstractDriveEffect, AbstractSourceEffect):
     """(1 + e sgn(u)) u: one direction gets more voltage than the other."""
 
     name: ClassVar[str] = "direction_asymmetry"
+    says: ClassVar[str] = "voltages act {ratio} stronger forward, and as much weaker backward"
+    advice: ClassVar[str] = (
+        "Scale commands by direction; measure at the motor's terminals which half of the bridge is weak."
+    )
     stage: ClassVar[int] = 5
     ratio: Scalar = parameter("1", "signed", neutral=0.0, start=0.03, scale=0.03)
     """e [1]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.of(ratio=0.04),)
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
@@ -100,9 +148,17 @@ class VoltageOffset(AbstractDriveEffect, AbstractSourceEffect):
     """u + u0: a constant voltage in series with the winding."""
 
     name: ClassVar[str] = "voltage_offset"
+    says: ClassVar[str] = "a constant {volts_V} is added to every voltage"
+    advice: ClassVar[str] = (
+        "Subtract it from every command; look for a duty that is not centred, or a load that pulls one way."
+    )
     stage: ClassVar[int] = 6
     volts_V: Scalar = parameter("V", "signed", neutral=0.0, start=0.1, scale=0.1)
     """u0 [V]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.of(volts_V=0.02 * rig.supply_V),)
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
@@ -116,7 +172,16 @@ class CoastDrive(AbstractDriveEffect, AbstractWindingEffect):
     """
 
     name: ClassVar[str] = "coast_drive"
+    says: ClassVar[str] = (
+        "the bridge lets the motor coast between pulses (fast decay), so speed is not in proportion to the duty"
+    )
+    advice: ClassVar[str] = "Let the bridge brake between pulses (slow decay) if it can; else simulate with this law."
     lagless: ClassVar[bool] = True
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        del rig
+        return (cls(),)
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del memory
@@ -128,9 +193,16 @@ class SupplySag(AbstractDriveEffect, AbstractWindingEffect):
     """D (Vs - Rs |D i|): the supply's resistance adds Rs D² to the winding's, and takes it back while braking."""
 
     name: ClassVar[str] = "supply_sag"
+    says: ClassVar[str] = "the supply gives way under load: its resistance is {ratio} of the winding's"
+    advice: ClassVar[str] = "Use thicker leads or a stronger supply, or log the supply's voltage with every row."
     stage: ClassVar[int] = 1
     ratio: Scalar = parameter("1", "positive", neutral=0.0, start=0.2, scale=0.15)
     """Rs/R [1]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        del rig
+        return (cls.of(ratio=0.2),)
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del memory
@@ -141,9 +213,17 @@ class CurrentLimit(AbstractDriveEffect, AbstractWindingEffect):
     """|i| R <= v: the driver gives no more current."""
 
     name: ClassVar[str] = "current_limit"
+    says: ClassVar[str] = "the driver gives no more current than {volts_V} would drive through the winding at rest"
+    advice: ClassVar[str] = (
+        "Raise the driver's current limit if motor and driver stand it; else accelerate more gently."
+    )
     stage: ClassVar[int] = 3
     volts_V: Scalar = parameter("V", "positive", neutral=INFINITE, start=5.0, scale=2.0)
     """v = Imax R [V]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return tuple(cls.of(volts_V=share * rig.volts_V[-1]) for share in (0.3, 0.45, 0.6, 0.8, 1.1, 1.5))
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del source, memory
@@ -155,8 +235,15 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     """L/R i' = u/R - i - back-EMF/R: the current, and so the torque, lags."""
 
     name: ClassVar[str] = "electrical_pole"
+    says: ClassVar[str] = "the current, and so the torque, lags the voltage by {time_constant_s} (L/R)"
+    advice: ClassVar[str] = "Use the model of second order (jaxmotor identify --model second)."
     time_constant_s: Scalar = parameter("s", "positive", neutral=0.0, start=3e-3, scale=2e-3)
     """L/R [s], in addition to the linear motor's."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        del rig
+        return tuple(cls.of(time_constant_s=value) for value in (1.5e-3, 4e-3))
 
     def lag(self) -> Scalar:
         return self.time_constant_s

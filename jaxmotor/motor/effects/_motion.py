@@ -1,12 +1,14 @@
 """Effects on torque and speed. Torques are given as the voltage at the winding that overcomes them."""
 
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+import numpy as np
+from jaxtyping import Array, Float, Int
 
+from jaxmotor.motor._scan import scan_rows
 from jaxmotor.motor.effects._base import (
+    AbstractEffect,
     AbstractFrictionEffect,
     AbstractLoadEffect,
     AbstractMemoryEffect,
@@ -14,6 +16,7 @@ from jaxmotor.motor.effects._base import (
     AbstractTorqueEffect,
     AbstractWindingEffect,
     Load,
+    Rig,
     Scalar,
     Source,
     Step,
@@ -26,8 +29,16 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) v: dry friction of constant size, which holds any torque up to v at rest."""
 
     name: ClassVar[str] = "coulomb_friction"
+    says: ClassVar[str] = "dry friction takes {volts_V} whichever way the shaft turns, and holds it at rest below that"
+    advice: ClassVar[str] = (
+        "Add that voltage in the direction of motion (feedforward); look at brushes, bearings and gears."
+    )
     volts_V: Scalar = parameter("V", "positive", neutral=0.0, start=0.3, scale=0.2)
     """v [V]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.of(volts_V=0.04 * rig.supply_V),)
 
     def rubs(self, speed: Scalar) -> Scalar:
         del speed
@@ -38,12 +49,22 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) (v + (vs - v) exp(-(w/ws)²)): dry friction that is larger near rest (Stribeck)."""
 
     name: ClassVar[str] = "stiction"
+    says: ClassVar[str] = (
+        "dry friction takes {volts_V} while turning, {static_volts_V} near rest (below about {stribeck_speed_rad_s})"
+    )
+    advice: ClassVar[str] = "Keep faster than that, or start with a short push; feed the friction's voltage forward."
     volts_V: Scalar = parameter("V", "positive", neutral=0.0, start=0.3, scale=0.2)
     """v, while turning [V]."""
     static_volts_V: Scalar = parameter("V", "positive", neutral=0.0, start=0.5, scale=0.3)
     """vs, at rest [V]."""
     stribeck_speed_rad_s: Scalar = parameter("rad/s", "positive", neutral=1.0, start=2.0, scale=1.5)
     """ws [rad/s]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        volts, static = 0.03 * rig.supply_V, 0.06 * rig.supply_V
+        widths = [share * rig.speed_rad_s for share in (0.015, 0.04, 0.1)]
+        return tuple(cls.of(volts_V=volts, static_volts_V=static, stribeck_speed_rad_s=width) for width in widths)
 
     def rubs(self, speed: Scalar) -> Scalar:
         near_rest = jnp.exp(-((speed / self.stribeck_speed_rad_s) ** 2))
@@ -54,8 +75,16 @@ class QuadraticDrag(AbstractMotionEffect, AbstractTorqueEffect):
     """c w |w|: a fan, a propeller, a stirred liquid."""
 
     name: ClassVar[str] = "quadratic_drag"
+    says: ClassVar[str] = "drag that grows with the square of the speed takes {volts_V_s2_rad2} at 10 rad/s"
+    advice: ClassVar[str] = (
+        "A fan, a propeller or a stirred liquid does that; feed it forward, and expect less gain at high speed."
+    )
     volts_V_s2_rad2: Scalar = parameter("V s²/rad²", "positive", neutral=0.0, start=1e-4, scale=1e-4)
     """c [V s²/rad²]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.of(volts_V_s2_rad2=0.1 * rig.supply_V / max(rig.speed_rad_s, 1e-3) ** 2),)
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del angle
@@ -66,12 +95,21 @@ class Cogging(AbstractMotionEffect, AbstractTorqueEffect):
     """A sin(n θ + φ): a torque locked to the angle, from magnets and slots or from an eccentric gear."""
 
     name: ClassVar[str] = "cogging"
+    says: ClassVar[str] = "a torque locked to the shaft's angle takes up to {volts_V}, {cycles_per_rev} times per turn"
+    advice: ClassVar[str] = (
+        "Look for magnets and slots, or a gear out of true, of that number per turn; feed it forward by angle."
+    )
     volts_V: Scalar = parameter("V", "amplitude", neutral=0.0, start=0.2, scale=0.2)
     """A [V]."""
     cycles_per_rev: Scalar = parameter("1", "fixed", neutral=1.0, start=6.0, scale=1.0)
     """n, cycles in one turn of the output shaft [1]."""
     phase_rad: Scalar = parameter("rad", "phase", neutral=0.0, start=0.0, scale=1.0)
     """φ [rad]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        waves = [(n, phase) for n in range(1, 13) for phase in (0.0, 0.5 * np.pi)] if rig.turns else []
+        return tuple(cls.of(volts_V=0.04 * rig.supply_V, cycles_per_rev=n, phase_rad=phase) for n, phase in waves)
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del speed
@@ -82,8 +120,16 @@ class LoadTorque(AbstractMotionEffect, AbstractTorqueEffect):
     """A constant torque, such as a weight on a drum."""
 
     name: ClassVar[str] = "load_torque"
+    says: ClassVar[str] = "a constant load takes {volts_V} from forward motion and gives as much to backward motion"
+    advice: ClassVar[str] = (
+        "Look for a weight or a spring on the shaft; balance it, or add that voltage to every command."
+    )
     volts_V: Scalar = parameter("V", "signed", neutral=0.0, start=0.1, scale=0.1)
     """Positive against positive motion [V]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.of(volts_V=0.02 * rig.supply_V),)
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del speed, angle
@@ -94,11 +140,21 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
     """R = R0 (1 + x), τ x' = r i² R/(Vs²/R0) - x: heat raises the resistance; the pole falls, the gain hardly moves."""
 
     name: ClassVar[str] = "winding_heating"
+    says: ClassVar[str] = (
+        "heat raises the winding's resistance: in the end by {rise_ratio} if held still at full supply, "
+        "within {time_constant_s}"
+    )
+    advice: ClassVar[str] = "Let the motor rest between runs or cool it; identify it as warm as it will run."
     stage: ClassVar[int] = 2
     rise_ratio: Scalar = parameter("1", "positive", neutral=0.0, start=1.0, scale=0.7)
     """r, the rise that the heat of a cold winding across the whole supply would bring in the end [1]."""
     time_constant_s: Scalar = parameter("s", "positive", neutral=20.0, start=20.0, scale=15.0)
     """τ [s]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        del rig
+        return tuple(cls.of(rise_ratio=1.5, time_constant_s=tau) for tau in (6.0, 15.0, 40.0))
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del source
@@ -110,44 +166,76 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
         return memory * jnp.exp(-pause / self.time_constant_s)
 
     def advance(self, memory: Scalar, step: Step) -> Scalar:
-        final = self.rise_ratio * (step.current / step.supply) ** 2 * (1 + memory)
-        return memory - (final - memory) * jnp.expm1(-step.duration / self.time_constant_s)
+        return self._heated(memory, step.current**2 / step.supply**2, step.duration)
 
-    def history(
-        self,
-        volts: Float[Array, " n"],
-        speed: Float[Array, " n"],
-        time: Float[Array, " n"],
-        duration: Scalar,
-        supply: Scalar,
-        back: Scalar,
-    ) -> Float[Array, " n"]:
+    def _heated(self, memory: Scalar, square: Scalar, duration: Scalar) -> Scalar:
+        """x after `duration` with a mean (q/Vs)² of `square`."""
+        final = self.rise_ratio * square * (1 + memory)
+        return memory - (final - memory) * jnp.expm1(-duration / self.time_constant_s)
+
+    def history(self, log: "Heard", back: Scalar, pole: Scalar) -> Float[Array, " n"]:
         """x at each row of a whole recording, in the order in which it was measured.
 
-        `volts` [V] and the measured mean `speed` [rad/s] over each row of `duration` [s] give the current, `time` [s]
-        the pauses. `back` is the back-EMF per speed [V s/rad].
+        `back` is the back-EMF per speed [V s/rad], `pole` the motor's [rad/s]. In the pauses between experiments the
+        bridge brakes: what turned when the last one ended, heats the winding by (r/τ) (back w/Vs)²/(2 a).
         """
 
-        def row(x: Scalar, now: tuple[Scalar, ...]) -> tuple[Scalar, Scalar]:
+        def row(carry: tuple[Scalar, Scalar], now: tuple[Scalar, ...]) -> tuple[tuple[Scalar, Scalar], Scalar]:
+            x, before = carry
             volts, speed, pause = now
-            x = self.begin(x, speed, pause)
-            current = (volts - back * speed) / (1 + x)
-            return self.advance(x, Step(duration, speed, speed, speed, current, speed, supply)), x
+            braked = self.rise_ratio / self.time_constant_s * (back * before / log.supply) ** 2 / (2 * pole)
+            x = self.begin(x + jnp.where(pause > 0, braked, 0.0), speed, pause)
+            # Rounding adds to the mean square of a measured speed what it is known to add.
+            square = (volts - back * speed) ** 2 - back**2 * log.speed_variance
+            return (self._heated(x, square / (log.supply * (1 + x)) ** 2, log.duration), speed), x
 
-        pause = jnp.maximum(jnp.diff(time, prepend=time[:1] - duration) - duration, 0.0)
-        return jax.lax.scan(row, jnp.zeros_like(supply), (volts, speed, pause))[1]
+        pause = jnp.diff(log.time, prepend=log.time[:1] - log.duration) - log.duration
+        pause = jnp.where(pause > 0.5 * log.duration, pause, 0.0)
+        none = jnp.zeros_like(log.supply)
+        return scan_rows(row, (none, none), (log.volts, log.speed, pause), log.used)[1]
+
+
+class Heard(NamedTuple):
+    """What was measured of a whole recording, row by row in its order."""
+
+    volts: Float[Array, " n"]
+    """[V]"""
+    speed: Float[Array, " n"]
+    """Mean over the row [rad/s]."""
+    time: Float[Array, " n"]
+    """Since the recording began [s]."""
+    used: Int[Array, ""] | None
+    """Rows there are, where the arrays are longer."""
+    duration: Scalar
+    """Of a row [s]."""
+    supply: Scalar
+    """[V]"""
+    speed_variance: Scalar
+    """Of the measured speeds [rad²/s²]."""
 
 
 class ShaftCompliance(AbstractMotionEffect, AbstractLoadEffect):
     """J2 w2' = k (θ - θ2) + d (w - w2): a load behind a spring, which takes the same torque from the rotor."""
 
     name: ClassVar[str] = "shaft_compliance"
+    says: ClassVar[str] = (
+        "a load of {inertia_ratio} of the rotor's inertia swings on a spring at {frequency_Hz}, damped by "
+        "{damping_ratio}"
+    )
+    advice: ClassVar[str] = (
+        "Stiffen coupling, belt or gears, or keep a controller's bandwidth well below that frequency."
+    )
     frequency_Hz: Scalar = parameter("Hz", "positive", neutral=20.0, start=20.0, scale=10.0)
     """At which the load alone swings while the rotor is held [Hz]: (2π f)² = k/J2."""
     damping_ratio: Scalar = parameter("1", "positive", neutral=0.1, start=0.1, scale=0.08)
     """Of that swing [1]: d/J2 = 2 ζ 2π f."""
     inertia_ratio: Scalar = parameter("1", "positive", neutral=0.0, start=0.3, scale=0.2)
     """J2/J; J, and so the pole, is the rotor's [1]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        frequencies = [f for f in (8.0, 11.0, 15.0, 20.0, 27.0, 36.0, 48.0, 64.0) if f < 0.4 / rig.period_s]
+        return tuple(cls.of(frequency_Hz=f, damping_ratio=0.08, inertia_ratio=0.35) for f in frequencies)
 
     def load(self) -> Load:
         return Load(self.inertia_ratio, 2 * jnp.pi * self.frequency_Hz, self.damping_ratio, None)
@@ -157,6 +245,12 @@ class Backlash(AbstractMotionEffect, AbstractLoadEffect):
     """A load that turns freely within a gap; at its edges the surfaces push like a stiff damped spring."""
 
     name: ClassVar[str] = "backlash"
+    says: ClassVar[str] = "a load of {inertia_ratio} of the rotor's inertia turns freely within a gap of {gap_rad}"
+    advice: ClassVar[str] = (
+        "Look for play in gears, coupling or set screw; preload it, or come to positions from one side."
+    )
+    # A small change moves contacts from one tick to another: only a wide difference sees that.
+    difference: ClassVar[float] = 0.06
     longest_step_s: ClassVar[float] = 1.8e-3
     contact_frequency_Hz: ClassVar[float] = 90.0
     contact_damping_ratio: ClassVar[float] = 0.3
@@ -164,6 +258,15 @@ class Backlash(AbstractMotionEffect, AbstractLoadEffect):
     """From one edge to the other [rad]."""
     inertia_ratio: Scalar = parameter("1", "positive", neutral=0.0, start=0.3, scale=0.2)
     """J2/J; J, and so the pole, is the rotor's [1]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        del rig
+        sizes = [(gap, ratio) for gap in (0.015, 0.03, 0.06, 0.1) for ratio in (0.25, 0.5)]
+        return tuple(cls.of(gap_rad=gap, inertia_ratio=ratio) for gap, ratio in sizes)
+
+    def scaled(self, factor: float) -> AbstractEffect:
+        return type(self)(self.gap_rad, self.inertia_ratio * factor)
 
     def load(self) -> Load:
         frequency = jnp.full_like(self.gap_rad, 2 * jnp.pi * self.contact_frequency_Hz)

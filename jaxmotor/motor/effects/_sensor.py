@@ -3,13 +3,16 @@
 from typing import ClassVar
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from jaxmotor.motor.effects._base import (
     AbstractAngleSensorEffect,
     AbstractCountEffect,
+    AbstractEffect,
     AbstractLagSensorEffect,
     AbstractSensorEffect,
+    Rig,
     Scalar,
     Step,
     parameter,
@@ -20,10 +23,19 @@ class MissedCounts(AbstractSensorEffect, AbstractCountEffect):
     """(1 - r) w where |w| > ws: a share of the counts is lost at speed."""
 
     name: ClassVar[str] = "missed_counts"
+    says: ClassVar[str] = "above {speed_rad_s}, {ratio} of the encoder's counts are lost"
+    advice: ClassVar[str] = (
+        "Count in interrupts or in hardware, shorten or shield the encoder's wires, or keep below that speed."
+    )
     ratio: Scalar = parameter("1", "positive", neutral=0.0, start=0.05, scale=0.04)
     """r [1]."""
     speed_rad_s: Scalar = parameter("rad/s", "positive", neutral=40.0, start=40.0, scale=20.0)
     """ws [rad/s]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        speeds = [share * rig.speed_rad_s for share in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)]
+        return tuple(cls.of(ratio=0.06, speed_rad_s=speed) for speed in speeds)
 
     def counted(self, step: Step) -> Scalar:
         # Within a step the speed is taken as a straight line, which crosses ws once at most.
@@ -37,8 +49,16 @@ class SensorLag(AbstractSensorEffect, AbstractLagSensorEffect):
     """τ y' = θ - y: the reading, and so the logged speed, was filtered. Its memory is θ - y."""
 
     name: ClassVar[str] = "sensor_lag"
+    says: ClassVar[str] = "the log was filtered with a time constant of {time_constant_s}"
+    advice: ClassVar[str] = (
+        "Log counts instead of a filtered speed, or shorten the filter; a controller must allow for its lag."
+    )
     time_constant_s: Scalar = parameter("s", "positive", neutral=0.0, start=5e-3, scale=4e-3)
     """τ [s]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return tuple(cls.of(time_constant_s=share * rig.period_s) for share in (0.6, 1.6))
 
     def begin(self, memory: Scalar, speed: Scalar, pause: Scalar) -> Scalar:
         del memory, pause
@@ -62,12 +82,19 @@ class EncoderEccentricity(AbstractSensorEffect, AbstractAngleSensorEffect):
     """y = θ + A sin(n θ + φ): a disc or magnet off its centre."""
 
     name: ClassVar[str] = "encoder_eccentricity"
+    says: ClassVar[str] = "the encoder misreads the angle by up to {amplitude_rad}, {cycles_per_rev} times per turn"
+    advice: ClassVar[str] = "Centre the encoder's disc or magnet, or correct the reading by angle."
     amplitude_rad: Scalar = parameter("rad", "amplitude", neutral=0.0, start=0.03, scale=0.02)
     """A [rad]."""
     cycles_per_rev: Scalar = parameter("1", "fixed", neutral=1.0, start=1.0, scale=1.0)
     """n [1]."""
     phase_rad: Scalar = parameter("rad", "phase", neutral=0.0, start=0.0, scale=1.0)
     """φ [rad]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        waves = [(n, phase) for n in range(1, 9) for phase in (0.0, 0.5 * np.pi)] if rig.turns else []
+        return tuple(cls.of(amplitude_rad=0.03, cycles_per_rev=n, phase_rad=phase) for n, phase in waves)
 
     def error(self, angle: Float[Array, "*n"]) -> Float[Array, "*n"]:
         return self.amplitude_rad * jnp.sin(self.cycles_per_rev * angle + self.phase_rad)

@@ -1,0 +1,94 @@
+"""A recording from columns of numbers and header values, checked as a file's are."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from jaxmotor.recording._columns import CHOICES, FLOATS, INTEGERS
+from jaxmotor.recording._header import FORMAT, Header, parse_header
+from jaxmotor.recording._read import assemble, check_needs
+from jaxmotor.recording._recording import Recording, RecordingError
+from jaxmotor.recording._text import limit_rows, shown
+from jaxmotor.recording._toml import toml_lines
+
+
+def header_of(values: Mapping[str, Any], source: str) -> Header:
+    """The header keys `values` (with the key `segment`, a list of tables) as a checked header.
+
+    **Raises:** `RecordingError`.
+    """
+    tables = values.get("segment", [])
+    lines = toml_lines({key: value for key, value in values.items() if key != "segment"})
+    if isinstance(tables, list) and all(isinstance(table, dict) for table in tables):
+        for table in tables:
+            lines += ["[[segment]]", *toml_lines(table)]
+    else:
+        lines += toml_lines({"segment": tables})
+    return parse_header([f"# jaxmotor recording {FORMAT}", *(f"# {line}" for line in lines)], source)
+
+
+def from_columns(header: Header, columns: Mapping[str, np.ndarray], source: str) -> Recording:
+    """The recording whose rows are `columns`, of those segments of `header` that have rows.
+
+    Lines in messages are rows, counted from 1.
+
+    **Raises:** `RecordingError`, as `read`.
+    """
+    names = list(columns)
+    _check_names(names, source)
+    limit_rows(len(columns["segment"]), source)
+    known = {name: _numbers(name, column, source) for name, column in columns.items() if _is_known(name)}
+    own, known["segment"] = _own_segments(header, known["segment"], source)
+    check_needs(own, names)
+    try:
+        return assemble(own, known, 1)
+    except RecordingError as error:
+        raise RecordingError(str(error).replace(f"{source}, line ", f"{source}, row ", 1)) from None
+
+
+def _is_known(name: str) -> bool:
+    return name in INTEGERS or name in FLOATS
+
+
+def _check_names(names: list[str], source: str) -> None:
+    if "segment" not in names:
+        raise RecordingError(f"{source}: column 'segment' is missing; columns are {', '.join(map(shown, names))}")
+    for choice in CHOICES:
+        given = [name for name in choice if name in names]
+        if len(given) != 1:
+            what = f"the columns {' and '.join(given)} exclude each other; keep one" if given else ""
+            raise RecordingError(f"{source}: {what or 'one of the columns ' + ', '.join(choice) + ' is needed'}")
+
+
+def _numbers(name: str, column: np.ndarray, source: str) -> np.ndarray:
+    """`column` as int64 or float64. A missing cell is no number."""
+    if column.dtype.kind not in "iuf":
+        raise RecordingError(f"{source}: column {name!r} holds {column.dtype}, not numbers; export it again")
+    limit = (INTEGERS | FLOATS)[name]
+    bad = ~(np.abs(column.astype(float)) <= limit)
+    if name in INTEGERS and column.dtype.kind == "f":
+        bad |= column != np.round(column)
+    if bad.any():
+        row = int(np.argmax(bad))
+        what = "a whole number" if name in INTEGERS else "a finite number"
+        raise _row_fault(source, row, f"{name} is {column[row]}, not {what} of at most {limit:g}; correct it")
+    return np.ascontiguousarray(column, np.int64 if name in INTEGERS else np.float64)
+
+
+def _own_segments(header: Header, segment: np.ndarray, source: str) -> tuple[Header, np.ndarray]:
+    """`header` with those segments only that have rows, and `segment` numbered anew."""
+    if not segment.size:
+        raise RecordingError(f"{source}: there are no rows; record it again")
+    used = np.unique(segment)
+    if used[0] < 0 or used[-1] >= len(header.segments):
+        wrong = int(used[0] if used[0] < 0 else used[-1])
+        row = int(np.argmax(segment == wrong))
+        raise _row_fault(source, row, f"segment {wrong} is not in the header ({len(header.segments)} there); add it")
+    tables = [header.segments[index] for index in used]
+    own = Header(source, [], {**header.values, "segment": tables})
+    return own, np.searchsorted(used, segment)
+
+
+def _row_fault(source: str, row: int, sentence: str) -> RecordingError:
+    return RecordingError(f"{source}, row {row + 1}: {sentence}")
