@@ -20,7 +20,7 @@ def demo_command(
     make_folder(output)
     recording = bundled("paper")
     use_compilation_cache()
-    from jaxmotor.cli._diagnose import diagnosis_text
+    from jaxmotor.cli._story import diagnosis_text
     from jaxmotor.cli._text import fit_text
     from jaxmotor.cli._validate import validation_text
     from jaxmotor.diagnosis import diagnose
@@ -35,7 +35,7 @@ def demo_command(
     paper = identify(recording, method="paper", hold_out=held_out)
     typer.echo("\n   the same by the paper's method\n" + fit_text(paper, [], []).partition("\n")[2])
     diagnosis = diagnose(recording)
-    typer.echo("\n2. diagnose\n" + diagnosis_text(diagnosis, []))
+    typer.echo("\n2. diagnose\n" + diagnosis_text(diagnosis))
     validation = validate(model_of(exact), recording)
     typer.echo("\n3. validate\n" + validation_text(validation, []) + "\n")
     written = [

@@ -21,6 +21,11 @@ def with_error(value: float, error: float, unit: str) -> str:
     return f"{value:.{digits}f} ± {half:.{digits}f} {unit}"
 
 
+def printable(text: str) -> str:
+    """`text` without what would steer a terminal: control characters as their escapes."""
+    return "".join(char if char.isprintable() else char.encode("unicode_escape").decode() for char in text)
+
+
 def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
     """What `jaxmotor identify` prints of one recording."""
     content = to_json(fit)

@@ -1,52 +1,163 @@
-"""From a recording to what its linear model gets wrong."""
+"""From a recording to what its linear model gets wrong, why, and what a longer model is worth."""
 
+import numpy as np
+
+from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
-from jaxmotor.diagnosis._diagnosis import Diagnosis, Verdict
+from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
+from jaxmotor.diagnosis._errors import covariance, effect_errors, linear_errors
+from jaxmotor.diagnosis._experiment import Experiment, experiment
+from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._held_out import EXPLAINED, HeldOut, kept, worth_of
 from jaxmotor.diagnosis._looks import Look, looks
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
-from jaxmotor.diagnosis._split import split
-from jaxmotor.estimate import Fit, identify, model_of
-from jaxmotor.recording import Recording
-from jaxmotor.validation import Score, score_open_loop
+from jaxmotor.diagnosis._open_world import learn
+from jaxmotor.diagnosis._score import scored
+from jaxmotor.diagnosis._search import FINE, GAIN, SAME, Found, Named, enough, search
+from jaxmotor.diagnosis._solve import Fitted
+from jaxmotor.diagnosis._study import Study, study_of
+from jaxmotor.diagnosis._suspects import secants
+from jaxmotor.diagnosis._trial import rig_of
+from jaxmotor.estimate import Fit, Trace, best_guess, identify
+from jaxmotor.motor import Motor
+from jaxmotor.recording import Recording, check
 
-FLOOR = 1.1
-"""chi2 per sample up to which the encoder's rounding, which is not quite white, explains the residuals."""
-TELLING = 0.25
-"""Share of the missing volts that one coordinate explains in a motor whose linear model is not complete."""
+OUTSIDE = 0.6
+"""Share of the missing volts that depends on time alone where something acts on the motor from outside."""
+RIVALS = 4
+CLOSE = GAIN
+"""Excess of drift chi2 per sample below which a rival does as well: less would not have been taken for an effect."""
+UNKNOWN = 0.5
+"""Relative standard error from which a parameter is not determined."""
 
 
+@in_float64
 def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
-    """Fit the linear motor to two thirds of `recording`, and say what is left over and what it depends on.
+    """Say what the linear motor of `recording` gets wrong, name the causes, and measure what knowing them is worth.
 
     `seed` draws the shuffles that tell a dependence from chance, and encoder offsets.
 
     **Raises:** `JaxmotorError`, one sentence, where the recording does not determine a linear motor.
     """
-    whole = identify(recording, seed=seed)
-    parts, held_out = split(recording)
-    fit = identify(parts, hold_out=held_out, seed=seed) if held_out else whole
-    score = _held_out(fit, parts, held_out)
-    missing = missing_volts(whole, recording)
-    found = looks(missing, seed)
+    fit, refused = _linear_fit(recording, seed)
+    study = study_of(recording, float(fit.motor.pole))
+    linear = study.solver.fit(linear_of(float(fit.motor.gain), float(fit.motor.pole)), tolerance=FINE)
+    before = scored(study.solver, linear.motor, recording, study.packed)
+    missing = _missing(study, linear.motor, before.traces)
+    found_looks = looks(missing, seed)
+    found, held = kept(study, _named(study, linear, found_looks))
+    after = scored(study.solver, found.fitted.motor, recording, study.packed)
+    left = _missing(study, found.fitted.motor, after.traces) if found.named else missing
+    left_looks = looks(left, seed) if found.named else found_looks
+    verdict = _verdict(found, found_looks, left, left_looks)
+    spread = covariance(found.fitted, study.block)
+    if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
+        raise refused
+    effects = _effects(study, held, found, spread)
     return Diagnosis(
         fit=fit,
-        whole=whole,
-        held_out=score,
-        verdict=_verdict(whole, score, missing, found),
+        linear=linear.motor,
+        motor=found.fitted.motor,
+        standard_error=linear_errors(found.fitted, spread),
+        effects=effects,
+        verdict=verdict,
+        held_out=worth_of(held.segments, held.before, held.after, seed),
+        whole=worth_of(fit.fitted, before, after, seed),
         missing=missing,
-        looks=found,
-        notes=whole.notes if held_out else (*whole.notes, "the recording is too short to hold a part of it out"),
+        looks=found_looks,
+        left=left,
+        left_looks=left_looks,
+        learned=learn(recording, study.solver, found.fitted) if verdict == "unexplained" else (),
+        experiments=_experiments(study, found, effects),
+        notes=_notes(fit.notes if verdict == "unexplained" else check(recording), held, found, effects),
     )
 
 
-@in_float64
-def _held_out(fit: Fit, recording: Recording, held_out: tuple[int, ...]) -> Score:
-    return score_open_loop(model_of(fit), recording, held_out or fit.fitted).pooled
+def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | None]:
+    """The linear motor, and why the recording does not determine it, where that is so: an effect may be why."""
+    try:
+        return identify(recording, seed=seed), None
+    except JaxmotorError as refused:
+        return best_guess(recording, str(refused)), refused
 
 
-def _verdict(whole: Fit, score: Score, missing: MissingVolts, found: tuple[Look, ...]) -> Verdict:
-    """Complete where chi2 is at the floor and no coordinate explains a telling part of more than noise."""
-    if max(whole.chi2_per_sample, score.chi2_per_sample) > FLOOR:
-        return "unexplained" if found else "complete"
-    loud = missing.rms_V > 1.25 * missing.noise_V
-    return "unexplained" if loud and found and found[0].beyond_chance and found[0].share > TELLING else "complete"
+def _named(study: Study, linear: Fitted, found: tuple[Look, ...]) -> Found:
+    """The effects; none where something outside the motor moves it, which several effects would seem to explain."""
+    if any(look.outside and look.share > OUTSIDE for look in found):
+        return Found(linear, linear, ())
+    rig = rig_of(study.recording, study.trial)
+    return search(study.solver, linear, secants(study.solver, linear, rig))
+
+
+def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVolts:
+    return missing_volts(study.recording, traces, float(motor.linear.gain), float(motor.linear.pole))
+
+
+def _verdict(found: Found, first: tuple[Look, ...], left: MissingVolts, left_looks: tuple[Look, ...]) -> Verdict:
+    if any(look.outside and look.share > OUTSIDE for look in first):
+        return "unexplained"
+    if found.fitted.chi2 > enough(found.fitted.names, EXPLAINED):
+        return "unexplained"
+    loud = left.rms_V > 1.25 * left.noise_V
+    if loud and left_looks and left_looks[0].beyond_chance and left_looks[0].outside and left_looks[0].share > OUTSIDE:
+        return "unexplained"
+    return "extended" if found.named else "complete"
+
+
+def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> tuple[FoundEffect, ...]:
+    rig = rig_of(study.recording, study.trial)
+    errors = effect_errors(found.fitted, spread, rig)
+    effects = []
+    for effect, error, named in zip(found.fitted.motor.effects, errors, found.named, strict=True):
+        without = held.without(effect.name)
+        gain = 100 * (1 - held.after.drift / max(without, 1e-300))
+        rivals = _rivals(held, found, named)
+        effects.append(FoundEffect(effect, error, gain, rivals, _unknown(effect, error)))
+    return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
+
+
+def _rivals(held: HeldOut, found: Found, named: Named) -> tuple[Rival, ...]:
+    rivals = []
+    for other in named.rivals[:RIVALS]:
+        name = next(name for name in other.names if name not in found.fitted.names)
+        drift = held.drift(other.motor, other)
+        if drift > held.before.drift:
+            continue  # it explains nothing
+        excess = drift - held.after.drift
+        same = any({name, named.name} == pair for pair in SAME[:1])
+        close = excess < CLOSE
+        rivals.append(Rival(name, excess, bool(same or close)))
+    return tuple(sorted(rivals, key=lambda rival: rival.chi2_excess))
+
+
+def _unknown(effect, error: dict[str, float]) -> tuple[str, ...]:
+    values = {name: float(getattr(effect, name)) for name in error}
+    return tuple(name for name in error if name != "phase_rad" and error[name] > UNKNOWN * abs(values[name]))
+
+
+def _experiments(study: Study, found: Found, effects: tuple[FoundEffect, ...]) -> tuple[Experiment, ...]:
+    """For each effect, what tells it from its rivals that this recording cannot."""
+    wanted = []
+    for named in found.named:
+        [effect] = [effect for effect in effects if effect.name == named.name]
+        close = [rival.name for rival in effect.rivals if rival.inseparable]
+        for other in named.rivals[:RIVALS]:
+            name = next(name for name in other.names if name not in found.fitted.names)
+            if name in close:
+                pair = (named.name, name)
+                wanted.append(experiment(study.solver, pair, found.fitted.motor, other, study.recording))
+    return tuple(sorted(wanted, key=lambda one: -one.chi2_excess))
+
+
+def _notes(known: tuple[str, ...], held: HeldOut, found: Found, effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:
+    notes = list(known)
+    if not held.own:
+        notes.append("the recording is too short to hold a part of it out")
+    if not found.fitted.settled:
+        notes.append(
+            "the fit of the extended motor did not quite settle; its parameters may be off by more than stated"
+        )
+    for effect in effects:
+        if effect.unknown:
+            notes.append(f"{effect.name}: this recording does not determine {', '.join(effect.unknown)}")
+    return tuple(notes)

@@ -1,75 +1,121 @@
-"""What a diagnosis gives: a verdict, what is left, and how the linear model does on data that it did not fit."""
+"""What a diagnosis gives: a verdict, the effects found and their rivals, and what the longer model is worth."""
 
 import dataclasses
-import math
-from typing import Any, Literal
+from typing import Literal
 
+from jaxmotor.diagnosis._experiment import Experiment
+from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._missing import MissingVolts
-from jaxmotor.estimate import Fit
-from jaxmotor.validation import Score
+from jaxmotor.estimate import Fit, Trace
+from jaxmotor.motor import AbstractEffect, Motor
+from jaxmotor.motor.effects import parameters
+from jaxmotor.validation import Interval, Score
 
-FORMAT = 1
-Verdict = Literal["complete", "unexplained"]
+Verdict = Literal["complete", "extended", "unexplained"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Rival:
+    """Another effect in the place of one that was named."""
+
+    name: str
+    chi2_excess: float
+    """By how much its held-out chi2 per sample is above the named effect's, of residuals that add up over twenty
+    ticks; negative where it does better."""
+    inseparable: bool
+    """This recording cannot tell the two apart."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class FoundEffect:
+    """One effect of the extended motor."""
+
+    effect: AbstractEffect
+    standard_error: dict[str, float]
+    """Of each parameter, in its unit; 1.96 of them each way hold the truth 95 times of 100."""
+    held_out_gain_percent: float
+    """By how much it lowers the drift chi2 per sample of data that was not fitted, of what the motor without it has."""
+    rivals: tuple[Rival, ...]
+    """The nearest first."""
+    unknown: tuple[str, ...]
+    """Parameters that this recording does not determine: their error is more than half of them."""
+
+    @property
+    def name(self) -> str:
+        return self.effect.name
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """By name, in SI."""
+        return {name: float(getattr(self.effect, name)) for name in parameters(self.effect)}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Worth:
+    """The linear and the extended motor on the same data."""
+
+    segments: tuple[int, ...]
+    before: Score
+    after: Score
+    before_interval: Interval
+    """chi2 per sample, if other segments of their kind had been drawn."""
+    after_interval: Interval
+    drift_before: float
+    """chi2 per sample of residuals that add up over twenty ticks."""
+    drift_after: float
+    traces_before: tuple[Trace, ...]
+    traces_after: tuple[Trace, ...]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Where the linear model of one recording fails, and what that looks like."""
+    """Where the linear model of one recording fails, why, and what a longer model is worth."""
 
     fit: Fit
-    """The linear motor, fitted to all segments but those held out."""
-    whole: Fit
-    """The linear motor, fitted to all segments."""
-    held_out: Score
-    """Of `fit`, on the segments held out."""
+    """The linear motor as `identify` gives it."""
+    linear: Motor
+    """The linear motor fitted as the extended one is: without offset, its slow electrical lag within what is usual."""
+    motor: Motor
+    """The extended motor; the linear one where the verdict is `complete`."""
+    standard_error: dict[str, float]
+    """Of the extended motor's linear part: gain_rad_s_V, pole_rad_s, electrical_time_constant_s, viscous_share."""
+    effects: tuple[FoundEffect, ...]
+    """The largest held-out gain first."""
     verdict: Verdict
-    """`complete`: nothing is left over; `unexplained`: see `looks_like`."""
+    """`complete`: nothing is left over; `extended`: nothing beside the effects; `unexplained`: see `looks_like`."""
+    held_out: Worth
+    """Both motors refitted without these segments, scored on them."""
+    whole: Worth
+    """Both fitted to and scored on everything."""
     missing: MissingVolts
-    """The voltage that the linear model lacks, window by window."""
+    """The voltage that the linear motor lacks, window by window."""
     looks: tuple[Look, ...]
     """What the missing volts depend on, the most telling first."""
+    left: MissingVolts
+    """The voltage that the extended motor lacks."""
+    left_looks: tuple[Look, ...]
+    learned: tuple[LearnedLaw, ...]
+    """What is left as a smooth law of each coordinate, the most telling first; none unless `unexplained`."""
+    experiments: tuple[Experiment, ...]
+    """What to record next to tell rivals apart, the most telling first."""
     notes: tuple[str, ...]
 
     @property
     def looks_like(self) -> Look | None:
-        """The most telling look, where the verdict is `unexplained`."""
-        return None if self.verdict == "complete" else self.looks[0] if self.looks else None
+        """The most telling look at what is left, where the verdict is `unexplained`."""
+        if self.verdict != "unexplained":
+            return None
+        looks = self.left_looks if self.effects else self.looks
+        return looks[0] if looks else Look.none()
+
+    @property
+    def recording(self) -> str:
+        """File name."""
+        return self.fit.source.rpartition("/")[2]
 
     def __repr__(self) -> str:
-        look = "" if self.looks_like is None else f": {self.looks_like.text}"
-        return f"Diagnosis({self.verdict}{look}, chi2 {self.held_out.chi2_per_sample:.3g} held out)"
-
-
-def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
-    """`diagnosis` as an object of plain numbers and strings. No effect is named yet, so `effects` is empty."""
-    linear = {"gain_rad_s_V": float(diagnosis.fit.motor.gain), "pole_rad_s": float(diagnosis.fit.motor.pole)}
-    whole, look = diagnosis.whole, diagnosis.looks_like
-    held_out = (diagnosis.held_out.chi2_per_sample, diagnosis.held_out.fit_percent)
-    return {
-        "format": FORMAT,
-        "recording": whole.source.rpartition("/")[2],
-        "verdict": diagnosis.verdict,
-        "linear": linear,
-        "model": linear,
-        "effects": [],
-        "held_out": _unchanged(*held_out),
-        "whole": _unchanged(whole.chi2_per_sample, whole.fit_percent),
-        "looks_like": None if look is None else {"coordinate": look.coordinate, "text": look.text},
-        "missing_volts": {"rms_V": _number(diagnosis.missing.rms_V), "noise_V": _number(diagnosis.missing.noise_V)},
-        "looks": [
-            {"coordinate": look.coordinate, "text": look.text, "share": look.share, "chance": look.chance}
-            for look in diagnosis.looks
-        ],
-        "held_out_segments": list(diagnosis.fit.held_out),
-        "notes": list(diagnosis.notes),
-    }
-
-
-def _unchanged(chi2: float, fit: float) -> dict[str, float]:
-    """Before and after are the same until effects extend the model."""
-    return {"chi2_before": chi2, "chi2_after": chi2, "fit_percent_before": fit, "fit_percent_after": fit}
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+        named = ", ".join(found.name for found in self.effects) or "no effect"
+        look = "" if self.looks_like is None else f", looks like {self.looks_like.text}"
+        chi2 = f"{self.held_out.before.chi2_per_sample:.3g} -> {self.held_out.after.chi2_per_sample:.3g}"
+        return f"Diagnosis({self.verdict}: {named}{look}; chi2 {chi2} held out)"

@@ -39,9 +39,18 @@ class Look:
     volts: np.ndarray
     """(k,) mean missing volts there [V]."""
 
+    outside: bool = False
+    """It goes by the clock: nothing that the motor does itself."""
+
     @property
     def beyond_chance(self) -> bool:
         return self.share > self.chance
+
+    @classmethod
+    def none(cls) -> "Look":
+        """Where the recording is too short to say what anything depends on."""
+        text = "more than noise, in a recording too short to say what it depends on"
+        return cls("frequency", text, 0.0, 0.0, np.zeros(0), np.zeros(0))
 
 
 def looks(missing: MissingVolts, key: int = 0) -> tuple[Look, ...]:
@@ -71,7 +80,15 @@ class _View:
 def _judged(view: _View, volts: np.ndarray, shuffled: np.ndarray, number: int) -> Look:
     found = _share(view.basis, volts[:, None])[0]
     chance = np.quantile(_share(view.basis, shuffled), 1 - LEVEL / number)
-    return Look(view.coordinate, view.text, float(found), float(max(chance, 0.0)), view.at, view.volts)
+    return Look(
+        view.coordinate,
+        view.text,
+        float(found),
+        float(max(chance, 0.0)),
+        view.at,
+        view.volts,
+        view.coordinate == "time",
+    )
 
 
 def _share(basis: np.ndarray, volts: np.ndarray) -> np.ndarray:

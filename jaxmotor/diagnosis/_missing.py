@@ -13,7 +13,7 @@ import dataclasses
 
 import numpy as np
 
-from jaxmotor.estimate import Fit, Trace
+from jaxmotor.estimate import Trace
 from jaxmotor.recording import Recording, Segment
 
 WINDOW_S = 0.06
@@ -46,16 +46,18 @@ class MissingVolts:
         return float(self.volts.std()) if len(self.volts) else float("nan")
 
 
-def missing_volts(fit: Fit, recording: Recording) -> MissingVolts:
-    """What `fit` lacks on its own segments of `recording`, where ticks are even and none is lost in a window."""
-    parts = [_windows(fit, recording, trace) for trace in fit.traces]
+def missing_volts(recording: Recording, traces: tuple[Trace, ...], gain: float, pole: float) -> MissingVolts:
+    """What a motor lacks that made `traces` of `recording`, where ticks are even and none is lost in a window.
+
+    `gain` [rad/s/V] and `pole` [rad/s] are those of its linear part.
+    """
+    parts = [_windows(recording, trace, gain, pole) for trace in traces]
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    return MissingVolts(*columns, noise_V=_noise(fit, recording))
+    return MissingVolts(*columns, noise_V=_noise(recording, gain, pole))
 
 
-def _windows(fit: Fit, recording: Recording, trace: Trace) -> tuple[np.ndarray, ...]:
+def _windows(recording: Recording, trace: Trace, gain: float, pole: float) -> tuple[np.ndarray, ...]:
     period, segment = recording.period_s, recording.segments[trace.segment]
-    gain, pole = float(fit.motor.gain), float(fit.motor.pole)
     if period is None:
         return tuple(np.zeros((6, 0)))
     size, edge = _sizes(period)
@@ -100,12 +102,12 @@ def _angle(recording: Recording, segment: Segment, trace: Trace, period: float) 
     return np.full(len(rows), np.nan)
 
 
-def _noise(fit: Fit, recording: Recording) -> float:
+def _noise(recording: Recording, gain: float, pole: float) -> float:
     """From four independent rounding errors of variance 1/12 count² in the slopes, and two in the ends."""
-    if recording.period_s is None or recording.counts_per_rev is None or not fit.floor_known:
+    if recording.period_s is None or recording.counts_per_rev is None or recording.measured != "count":
         return float("nan")
     size, edge = _sizes(recording.period_s)
     count = 2 * np.pi / recording.counts_per_rev / np.sqrt(12)
     length = size * recording.period_s
-    slope = 2 / (edge * recording.period_s * float(fit.motor.pole) * length)
-    return float(count * np.hypot(slope, np.sqrt(2) / length) / abs(float(fit.motor.gain)))
+    slope = 2 / (edge * recording.period_s * pole * length)
+    return float(count * np.hypot(slope, np.sqrt(2) / length) / abs(gain))

@@ -1,0 +1,160 @@
+"""Blind tests of `diagnose`: recordings in which an effect is hidden, and whether it is named.
+
+    make -C firmware plant && python benchmarks/blind.py [--draws 5] [--first 0] [SUITE...]
+
+SUITE: `none`, `single`, `pair`, `outside`, or names of effects. Recordings are those of `hidden.py`; the diagnosis sees
+nothing but them. Named: the first effect is the hidden one, or the hidden one is among the rivals that the
+recording cannot tell from it. Inside: share of the parameters whose 95 % interval holds the truth.
+"""
+
+import argparse
+import dataclasses
+import sys
+import time
+
+import numpy as np
+from hidden import OUTSIDE, SINGLE, Hidden, draw, draw_pair
+
+from jaxmotor.cli._runtime import use_compilation_cache
+from jaxmotor.diagnosis import Diagnosis, diagnose
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """One blind test."""
+
+    suite: str
+    seed: int
+    truth: tuple[str, ...]
+    right: bool
+    verdict: str
+    named: tuple[str, ...]
+    chi2_before: float
+    chi2_after: float
+    """Held out."""
+    drift_after: float
+    errors_percent: tuple[float, ...]
+    """Of the parameters of the effects that were named rightly."""
+    z: tuple[float, ...]
+    """Their errors, in standard errors."""
+    linear_z: tuple[float, ...]
+    """Gain and pole."""
+    seconds: float
+
+    def __str__(self) -> str:
+        off = ", ".join(f"{error:.2g}" for error in self.errors_percent)
+        return (
+            f"{'right' if self.right else 'WRONG'} {self.suite} {self.seed}: {'+'.join(self.truth) or 'nothing'} -> "
+            f"{self.verdict} {'+'.join(self.named) or 'no name'}; held out {self.chi2_before:.3g} -> "
+            f"{self.chi2_after:.4g} (drift {self.drift_after:.4g}); off by {off or '-'} %, "
+            f"z {_list(self.z)}, gain and pole z {_list(self.linear_z)}; {self.seconds:.1f} s"
+        )
+
+
+def test(suite: str, seed: int) -> Outcome:
+    hidden = _drawn(suite, seed)
+    begin = time.perf_counter()
+    found = diagnose(hidden.recording)
+    seconds = time.perf_counter() - begin
+    errors, z = _parameters(hidden, found)
+    return Outcome(
+        suite,
+        seed,
+        tuple(hidden.truth),
+        _right(suite, hidden, found),
+        found.verdict,
+        tuple(effect.name for effect in found.effects),
+        found.held_out.before.chi2_per_sample,
+        found.held_out.after.chi2_per_sample,
+        found.held_out.drift_after,
+        errors,
+        z,
+        _linear(hidden, found),
+        seconds,
+    )
+
+
+def _drawn(suite: str, seed: int) -> Hidden:
+    if suite == "pair":
+        return draw_pair(seed)
+    return draw(() if suite == "none" else tuple(suite.split("+")), seed)
+
+
+def _right(suite: str, hidden: Hidden, found: Diagnosis) -> bool:
+    if suite in OUTSIDE:
+        return found.verdict == "unexplained" and not found.effects and found.looks[0].coordinate == "time"
+    if not hidden.truth:
+        return found.verdict == "complete"
+    matched = [_matched(name, found) for name in hidden.truth]
+    return all(matched) and len(found.effects) == len(hidden.truth)
+
+
+def _matched(name: str, found: Diagnosis) -> bool:
+    return any(
+        name == effect.name or name in [rival.name for rival in effect.rivals if rival.inseparable]
+        for effect in found.effects
+    )
+
+
+def _parameters(hidden: Hidden, found: Diagnosis) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    errors, z = [], []
+    for effect in found.effects:
+        for name, true in hidden.truth.get(effect.name, {}).items():
+            if name == "phase_rad" or name not in effect.parameters:
+                continue  # a phase is from where the counter stood at first, which only the plant knows
+            value, error = effect.parameters[name], effect.standard_error[name]
+            errors.append(100 * abs(value / true - 1))
+            z.append((value - true) / max(error, 1e-9 * abs(true)))
+    return tuple(errors), tuple(z)
+
+
+def _linear(hidden: Hidden, found: Diagnosis) -> tuple[float, ...]:
+    motor, error = found.motor.linear, found.standard_error
+    return (
+        (float(motor.gain) - hidden.gain) / error["gain_rad_s_V"],
+        (float(motor.pole) - hidden.pole) / error["pole_rad_s"],
+    )
+
+
+def _list(values: tuple[float, ...]) -> str:
+    return ", ".join(f"{value:.2g}" for value in values) or "-"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("suites", nargs="*", default=["none", "single", "pair", "outside"])
+    parser.add_argument("--draws", type=int, default=5, help="of each effect; 10 times as many nulls and pairs")
+    parser.add_argument("--first", type=int, default=0, help="seed")
+    chosen = parser.parse_args()
+    use_compilation_cache()
+    rows = []
+    for suite in chosen.suites:
+        kinds = {"single": SINGLE, "outside": OUTSIDE}.get(suite, (suite,))
+        number = chosen.draws * (10 if suite in ("none", "pair") else 1)
+        outcomes = []
+        for kind in kinds:
+            for seed in range(chosen.first, chosen.first + number):
+                outcomes.append(test(kind, seed))
+                print(outcomes[-1], file=sys.stderr, flush=True)
+            rows.append(_row(kind, outcomes[-number:]))
+        if len(kinds) > 1:
+            rows.append(_row(f"all {suite}", outcomes))
+    print("| hidden | draws | right | chi2 <= 1.05 | off, median % | inside | gain, pole inside | s |")
+    print("|---|---|---|---|---|---|---|---|")
+    print("\n".join(rows))
+
+
+def _row(name: str, outcomes: list[Outcome]) -> str:
+    errors = [error for one in outcomes for error in one.errors_percent]
+    inside = [abs(z) < 1.96 for one in outcomes for z in one.z]
+    linear = [abs(z) < 1.96 for one in outcomes for z in one.linear_z]
+    return (
+        f"| {name} | {len(outcomes)} | {sum(one.right for one in outcomes)} "
+        f"| {sum(one.chi2_after <= 1.05 for one in outcomes)} | {np.median(errors) if errors else float('nan'):.2g} "
+        f"| {sum(inside)}/{len(inside)} | {sum(linear)}/{len(linear)} "
+        f"| {np.median([one.seconds for one in outcomes]):.1f} |"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,88 @@
+"""Standard errors that do not rest on the model being perfect.
+
+With H = JᵀJ + P (P the prior's weight) and g_c the sum of Jᵀr over block c of the recording, the covariance is the
+larger, parameter by parameter, of H⁻¹ (residuals independent, of unit variance) and of the sandwich
+H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + P) H⁻¹ (only blocks are independent) [White 1980; Liang and Zeger 1986].
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxmotor.diagnosis._free import OWN
+from jaxmotor.diagnosis._solve import Fitted
+from jaxmotor.motor.effects import AbstractEffect, Rig, free_size, parameters
+
+
+def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
+    """Of the free numbers of `fitted`, whose rows belong to blocks `block` (n,); inf on the diagonal of any unknown."""
+    jacobian, layout = fitted.jacobian, fitted.layout
+    finite = np.isfinite(layout.spread)
+    prior = np.diag(np.where(finite, 1 / np.where(finite, layout.spread, 1.0) ** 2, 0.0))
+    bread = _inverse(jacobian.T @ jacobian + prior)
+    used, index = np.unique(block, return_inverse=True)
+    pulls = np.stack([np.bincount(index, column * fitted.residual) for column in jacobian.T], axis=1)
+    blocks = len(used)
+    meat = pulls.T @ pulls * (blocks / max(blocks - 1, 1)) + prior
+    sandwich = bread @ meat @ bread
+    own = bread * max(fitted.chi2, 1.0)
+    grow = np.sqrt(np.maximum(np.diag(own) / np.maximum(np.diag(sandwich), 1e-300), 1.0))
+    return sandwich * np.outer(grow, grow)
+
+
+def _inverse(normal: np.ndarray) -> np.ndarray:
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    return np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+
+
+def linear_errors(fitted: Fitted, spread: np.ndarray) -> dict[str, float]:
+    """Standard errors of gain [rad/s/V], pole [rad/s], L/R [s] and the viscous share [1]."""
+    error = np.sqrt(np.diag(spread))
+    motor = fitted.motor
+    return {
+        "gain_rad_s_V": abs(float(motor.linear.gain)) * float(error[0]),
+        "pole_rad_s": float(motor.linear.pole) * float(error[1]),
+        "electrical_time_constant_s": float(error[2]),
+        "viscous_share": float(error[3]),
+    }
+
+
+def effect_errors(fitted: Fitted, spread: np.ndarray, rig: Rig) -> tuple[dict[str, float], ...]:
+    """Of each effect, the standard error of each parameter in its unit."""
+    at, found = OWN, []
+    for effect in fitted.motor.effects:
+        size = free_size(effect)
+        found.append(_errors(effect, spread[at : at + size, at : at + size], rig))
+        at += size
+    return tuple(found)
+
+
+def _errors(effect: AbstractEffect, spread: np.ndarray, rig: Rig) -> dict[str, float]:
+    errors, at = {}, 0
+    for name, about in parameters(effect).items():
+        value = float(getattr(effect, name))
+        if about["kind"] == "positive":
+            errors[name] = value * math.sqrt(spread[at, at])
+            at += 1
+        elif about["kind"] == "signed":
+            errors[name] = math.sqrt(spread[at, at])
+            at += 1
+        elif about["kind"] == "amplitude":
+            phase = float(effect.phase_rad)  # pyright: ignore[reportAttributeAccessIssue]
+            along = np.array([math.cos(phase), math.sin(phase)])
+            across = np.array([-math.sin(phase), math.cos(phase)])
+            inner = spread[at : at + 2, at : at + 2]
+            errors[name] = math.sqrt(along @ inner @ along)
+            errors["phase_rad"] = math.sqrt(across @ inner @ across) / max(value, 1e-300)
+            at += 2
+        elif about["kind"] == "fixed":
+            # Known to lie between two of the voltages that were applied; a whole number is known.
+            errors[name] = _gap(rig, value) / math.sqrt(12) if about["unit"] == "V" else 0.0
+    return {name: errors[name] for name in parameters(effect)}
+
+
+def _gap(rig: Rig, volts: float) -> float:
+    levels = np.array([0.0, *rig.volts_V])
+    above = int(np.clip(np.searchsorted(levels, volts), 1, len(levels) - 1))
+    return float(levels[above] - levels[above - 1])

@@ -1,0 +1,129 @@
+"""A motor as a vector of unconstrained numbers, in which it is fitted.
+
+(log |K|, log a, τ [s], β, then each effect's `to_free`). A recording hardly shows τ = L/R, and β hardly but through
+laws of the current: both have a prior, the spread of hobby motors.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from jaxmotor._precision import to_jax
+from jaxmotor.motor import Motor, SecondOrder
+from jaxmotor.motor.effects import AbstractEffect, free_size, from_free, parameters, to_free
+from jaxmotor.motor.effects._base import AbstractLoadEffect
+
+LAG_S = (60e-6, 40e-6)
+"""Mean and spread of L/R, with the bridge's own delay."""
+VISCOUS_SHARE = (0.045, 0.02)
+LONGEST_LAG_S = 2.6e-4
+"""More is an effect of its own."""
+LAG_STEP_S = 3e-6
+OWN = 4
+"""Free numbers of the motor without effects."""
+
+
+class Layout(NamedTuple):
+    """What the elements of a free vector are; one element each."""
+
+    names: tuple[str, ...]
+    difference: np.ndarray
+    """Over which the residuals are differenced."""
+    longest: np.ndarray
+    """Step that a fit may take at once."""
+    low: np.ndarray
+    high: np.ndarray
+    prior: np.ndarray
+    spread: np.ndarray
+    """Of the prior; infinite where there is none."""
+
+
+def is_wide(effects: tuple[AbstractEffect, ...]) -> bool:
+    """Some law has events that only wide, central differences see."""
+    return any(type(effect).difference > 0.01 for effect in effects)
+
+
+def layout_of(effects: tuple[AbstractEffect, ...]) -> Layout:
+    inf = np.inf
+    wide = 10.0 if is_wide(effects) else 1.0
+    rows = [
+        ("gain", 1e-4 * wide, 0.5, -inf, inf, 0.0, inf),
+        ("pole", 1e-3 * wide, 0.7, -inf, inf, 0.0, inf),
+        ("lag", LAG_STEP_S * wide, 1e-4, 0.0, LONGEST_LAG_S, *LAG_S),
+    ]
+    rows.append(("viscous_share", 4e-3, 0.05, 0.0, 0.6, *VISCOUS_SHARE))
+    for effect in effects:
+        rows += [(f"{effect.name}.{name}", *about) for name, about in _elements(effect)]
+    names, *columns = zip(*rows, strict=True)
+    return Layout(names, *(np.array(column, float) for column in columns))
+
+
+def _elements(effect: AbstractEffect) -> list[tuple[str, tuple[float, ...]]]:
+    """Name, difference, longest step, bounds and prior of each free number of `effect`."""
+    inf = np.inf
+    width = type(effect).difference
+    found: list[tuple[str, tuple[float, ...]]] = []
+    for name, about in parameters(effect).items():
+        if about["kind"] == "positive":
+            found.append((name, (width, 0.7, -18.0, 14.0, 0.0, inf)))
+        elif about["kind"] == "signed":
+            found.append((name, (width * about["scale"], inf, -inf, inf, 0.0, inf)))
+        elif about["kind"] == "amplitude":
+            sides = (width * about["scale"], inf, -inf, inf, 0.0, inf)
+            found += [(name, sides), (f"{name} (across)", sides)]
+    return found
+
+
+def motor_at(template: Motor, free: Float[np.ndarray, " p"]) -> Motor:
+    """The motor that `free` stands for; what is not fitted is `template`'s."""
+    gain = math.copysign(math.exp(free[0]), float(template.linear.gain))
+    effects, at = [], OWN
+    for effect in template.effects:
+        size = free_size(effect)
+        effects.append(from_free(effect, free[at : at + size]))
+        at += size
+    return linear_of(gain, math.exp(free[1]), free[2], free[3], tuple(effects))
+
+
+def linear_of(
+    gain: float,
+    pole: float,
+    lag: float = LAG_S[0],
+    share: float = VISCOUS_SHARE[0],
+    effects: tuple[AbstractEffect, ...] = (),
+) -> Motor:
+    """A motor from plain numbers [rad/s/V, rad/s, s, 1]."""
+    gain_, pole_, lag_, share_ = (to_jax(np.float64(value)) for value in (gain, pole, lag, share))
+    return Motor(SecondOrder(gain_, pole_, lag_), effects, share_)
+
+
+def free_of(motor: Motor) -> Float[np.ndarray, " p"]:
+    """The free vector of `motor`, whose linear part is of second order."""
+    linear = motor.linear
+    assert isinstance(linear, SecondOrder)
+    head = [math.log(abs(float(linear.gain))), math.log(float(linear.pole)), float(linear.electrical_time_constant)]
+    return np.concatenate([head, [float(motor.viscous_share)], *(to_free(effect) for effect in motor.effects)])
+
+
+def with_effect(motor: Motor, effect: AbstractEffect) -> Motor:
+    """`motor` with one effect more. A load's inertia comes out of the rotor's."""
+    pole = float(motor.linear.pole)
+    if isinstance(effect, AbstractLoadEffect):
+        pole *= 1 + float(effect.load().ratio)
+    assert isinstance(motor.linear, SecondOrder)
+    lag = float(motor.linear.electrical_time_constant)
+    return linear_of(float(motor.linear.gain), pole, lag, float(motor.viscous_share), (*motor.effects, effect))
+
+
+def without_effect(motor: Motor, name: str) -> Motor:
+    """`motor` with one effect less."""
+    pole = float(motor.linear.pole)
+    for effect in motor.effects:
+        if effect.name == name and isinstance(effect, AbstractLoadEffect):
+            pole /= 1 + float(effect.load().ratio)
+    assert isinstance(motor.linear, SecondOrder)
+    lag = float(motor.linear.electrical_time_constant)
+    kept = tuple(effect for effect in motor.effects if effect.name != name)
+    return linear_of(float(motor.linear.gain), pole, lag, float(motor.viscous_share), kept)

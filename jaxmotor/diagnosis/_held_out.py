@@ -1,0 +1,105 @@
+"""What the extended motor is worth on data that it was not fitted to."""
+
+import dataclasses
+
+import numpy as np
+
+from jaxmotor.diagnosis._diagnosis import Worth
+from jaxmotor.diagnosis._free import without_effect
+from jaxmotor.diagnosis._score import Scored, chi2_interval, scored
+from jaxmotor.diagnosis._search import FINE, Found, enough
+from jaxmotor.diagnosis._solve import Fitted, Solver
+from jaxmotor.diagnosis._split import split
+from jaxmotor.diagnosis._study import Study, study_of
+from jaxmotor.motor import Motor
+from jaxmotor.validation import Interval
+
+EXPLAINED = 1.15
+"""chi2 per sample up to which nothing is left over; two laws are not that exact themselves."""
+PAYS = 0.005
+"""Of held-out chi2 per sample that an effect must bring."""
+MOST = 0.5
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Motors refitted to a part of the recording, scored on the rest."""
+
+    segments: tuple[int, ...]
+    own: bool
+    """The recording was long enough for it."""
+    train: Solver
+    test: Solver
+    study: Study
+    linear: Fitted
+    fitted: Fitted
+    before: Scored
+    after: Scored
+
+    def drift(self, motor: Motor, start: Fitted) -> float:
+        """chi2 of `motor`, refitted to the fitted part, on the part held out."""
+        refitted = self.train.fit(motor, start.speeds, 2e-5)
+        return scored(self.test, refitted.motor, self.study.recording, self.study.packed).drift
+
+    def without(self, name: str) -> float:
+        """chi2 of the extended motor without the effect `name`, refitted to the fitted part, on the part held out."""
+        if len(self.fitted.names) == 1:
+            return self.before.drift
+        return self.drift(without_effect(self.fitted.motor, name), self.fitted)
+
+
+def kept(study: Study, found: Found) -> tuple[Found, HeldOut]:
+    """`found` with only those effects that pay on data that was not fitted.
+
+    Where something is left over, only those that explain most of what was left over without them: a few wrong effects
+    together explain a part of almost anything.
+    """
+    while True:
+        held = hold_out(study, found)
+        if not found.named or not held.own:
+            return found, held
+        after = held.after.drift
+        left_over = found.fitted.chi2 > enough(found.fitted.names, EXPLAINED)
+        gains = {name: held.without(name) - after for name in found.fitted.names}
+        least = {name: MOST * (gain + after - 1) if left_over else PAYS for name, gain in gains.items()}
+        worst = min(gains, key=lambda name: gains[name] - least[name])
+        if gains[worst] > least[worst]:
+            return found, held
+        rest = tuple(named for named in found.named if named.name != worst)
+        fitted = study.solver.fit(without_effect(found.fitted.motor, worst), found.fitted.speeds, FINE)
+        found = Found(found.linear, fitted if rest else found.linear, rest)
+
+
+def hold_out(study: Study, found: Found) -> HeldOut:
+    """The motors of `found` refitted to two thirds of the segments (`split`)."""
+    recording = study.recording
+    parts, segments = split(recording)
+    own = bool(segments)
+    if parts is not recording:
+        study = study_of(parts, float(found.linear.motor.linear.pole))
+    if own:
+        out = study.rows(segments)
+        train, test = Solver(study.trial, ~out), Solver(study.trial, out)
+    else:
+        segments = tuple(int(k) for k in np.unique(study.packed.segment_of[study.trial.valid]))
+        train = test = study.solver
+    linear, fitted = (train.fit(one.motor, tolerance=FINE) for one in (found.linear, found.fitted))
+    before, after = (scored(test, one.motor, study.recording, study.packed) for one in (linear, fitted))
+    return HeldOut(segments, own, train, test, study, linear, fitted, before, after)
+
+
+def worth_of(segments: tuple[int, ...], before: Scored, after: Scored, seed: int) -> Worth:
+    def interval(one: Scored) -> Interval:
+        return Interval(one.score.chi2_per_sample, *chi2_interval(one.by_segment, seed))
+
+    return Worth(
+        segments,
+        before.score,
+        after.score,
+        interval(before),
+        interval(after),
+        before.drift,
+        after.drift,
+        before.traces,
+        after.traces,
+    )

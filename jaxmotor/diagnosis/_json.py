@@ -1,0 +1,80 @@
+"""A diagnosis as JSON: plain numbers in SI and strings."""
+
+import math
+from typing import Any
+
+from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Worth
+from jaxmotor.diagnosis._looks import Look
+from jaxmotor.diagnosis._missing import MissingVolts
+
+FORMAT = 1
+
+
+def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
+    """`diagnosis` as an object; numbers that are not known are null."""
+    linear, motor, look = diagnosis.linear.linear, diagnosis.motor.linear, diagnosis.looks_like
+    return {
+        "format": FORMAT,
+        "recording": diagnosis.recording,
+        "verdict": diagnosis.verdict,
+        "linear": {"gain_rad_s_V": float(linear.gain), "pole_rad_s": float(linear.pole)},
+        "model": {"gain_rad_s_V": float(motor.gain), "pole_rad_s": float(motor.pole)},
+        "standard_error": {name: _number(value) for name, value in diagnosis.standard_error.items()},
+        "effects": [_effect(found) for found in diagnosis.effects],
+        "held_out": _worth(diagnosis.held_out),
+        "whole": _worth(diagnosis.whole),
+        "looks_like": None if look is None else {"coordinate": look.coordinate, "text": look.text},
+        "missing_volts": {"before": _volts(diagnosis.missing), "after": _volts(diagnosis.left)},
+        "looks": {"before": _looks(diagnosis.looks), "after": _looks(diagnosis.left_looks)},
+        "experiments": [
+            {"text": one.text, "separates": list(one.separates), "plan": one.plan} for one in diagnosis.experiments
+        ],
+        "notes": list(diagnosis.notes),
+    }
+
+
+def _effect(found: FoundEffect) -> dict[str, Any]:
+    return {
+        "name": found.name,
+        "parameters": found.parameters,
+        "standard_error": {name: _number(value) for name, value in found.standard_error.items()},
+        "held_out_gain_percent": found.held_out_gain_percent,
+        "rivals": [
+            {"name": rival.name, "chi2_excess": rival.chi2_excess, "inseparable": rival.inseparable}
+            for rival in found.rivals
+        ],
+        "not_identifiable": list(found.unknown),
+    }
+
+
+def _worth(worth: Worth) -> dict[str, Any]:
+    before, after = worth.before, worth.after
+    return {
+        "segments": list(worth.segments),
+        "chi2_before": before.chi2_per_sample,
+        "chi2_after": after.chi2_per_sample,
+        "fit_percent_before": before.fit_percent,
+        "fit_percent_after": after.fit_percent,
+        "chi2_before_interval": list(worth.before_interval[1:]),
+        "chi2_after_interval": list(worth.after_interval[1:]),
+        "drift_chi2_before": worth.drift_before,
+        "drift_chi2_after": worth.drift_after,
+        "rmse_rad_s_before": before.rmse_rad_s,
+        "rmse_rad_s_after": after.rmse_rad_s,
+        "rmse_counts_before": _number(before.rmse_counts),
+        "rmse_counts_after": _number(after.rmse_counts),
+    }
+
+
+def _volts(missing: MissingVolts) -> dict[str, float | None]:
+    return {"rms_V": _number(missing.rms_V), "noise_V": _number(missing.noise_V)}
+
+
+def _looks(looks: tuple[Look, ...]) -> list[dict[str, Any]]:
+    return [
+        {"coordinate": look.coordinate, "text": look.text, "share": look.share, "chance": look.chance} for look in looks
+    ]
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

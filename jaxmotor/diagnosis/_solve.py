@@ -1,0 +1,251 @@
+"""Least squares for a motor with any effects, from its simulation alone.
+
+Residuals are differenced over steps that each effect knows to be wide enough: laws with events (a contact, a stop, a
+limit reached) have derivatives of single trajectories that miss the events' shift. One compiled program simulates all
+columns of a Jacobian side by side, and is used again for every step, every start and every comparison.
+"""
+
+import dataclasses
+import math
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from jaxmotor._precision import to_jax
+from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_at
+from jaxmotor.diagnosis._seen import residuals_program
+from jaxmotor.diagnosis._trial import Trial
+from jaxmotor.motor import Motor
+
+STEPS = 25
+SPEED_STEP = 0.05
+"""Over which initial speeds are differenced [rad/s]."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Fitted:
+    """A motor fitted to a trial's chosen rows, and the linearisation there. n rows, p free numbers."""
+
+    template: Motor
+    free: Float[np.ndarray, " p"]
+    speeds: Float[np.ndarray, " k"]
+    """At which each piece begins [rad/s]; only those that are free to matter."""
+    residual: Float[np.ndarray, " n"]
+    """Drift of the rows [standard deviations of the encoder's own]."""
+    jacobian: Float[np.ndarray, "n p"]
+    """Of `residual`, initial speeds projected out."""
+    settled: bool
+    """The last step promised less than `tolerance`."""
+
+    @property
+    def chi2(self) -> float:
+        """Mean square of `residual`: 1 is the encoder alone."""
+        return square_of(self.residual) / max(len(self.residual), 1)
+
+    @property
+    def motor(self) -> Motor:
+        return motor_at(self.template, self.free)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(effect.name for effect in self.template.effects)
+
+    @property
+    def layout(self) -> Layout:
+        return layout_of(self.template.effects)
+
+
+class Solver:
+    """Fits motors to the rows of one trial; `rows` (lane, row) chooses which count."""
+
+    def __init__(self, trial: Trial, rows: np.ndarray | None = None):
+        self.trial = trial
+        self.cells = np.flatnonzero(trial.valid if rows is None else trial.valid & rows)
+        lanes = trial.problem.lanes
+        self.piece = np.asarray(lanes.piece).reshape(-1)[self.cells]
+        self.pieces = trial.problem.pieces + 1
+        self.free_pieces = bool(np.any(lanes.free))
+        self.scale = 1 / math.sqrt(trial.variance)
+
+    def residuals(self, motors: list[Motor], speeds: np.ndarray, width: int) -> np.ndarray:
+        """(k, n) filtered residuals of motors of one structure, `width` of them at a time."""
+        parts = []
+        for begin in range(0, len(motors), width):
+            chosen = slice(begin, begin + width)
+            found = np.asarray(self._program(motors[chosen], speeds[chosen], width)["drift"])
+            parts.append(found.reshape(width, -1)[: len(motors[chosen]), self.cells])
+        return np.concatenate(parts) * self.scale
+
+    def plain_of(self, motor: Motor, speeds: np.ndarray) -> np.ndarray:
+        """(lane, row) unfiltered residuals [units]; zero where nothing was measured."""
+        return np.asarray(self._program([motor], speeds[None], 4)["plain"][0])
+
+    def _program(self, motors: list[Motor], speeds: np.ndarray, width: int) -> dict[str, Any]:
+        short = width - len(motors)
+        motors = [*motors, *[motors[-1]] * short]
+        speeds = np.concatenate([speeds, np.repeat(speeds[-1:], short, axis=0)])
+        together = jax.tree.map(lambda *leaves: to_jax(np.stack(leaves)), *motors)
+        return residuals_program(together, to_jax(speeds), self.trial)
+
+    def width(self, layout: Layout) -> int:
+        """Motors simulated side by side: as many as a Jacobian needs, but few different numbers."""
+        return 4 * math.ceil((1 + len(layout.names) + self.free_pieces) / 4)
+
+    def linearise(self, template: Motor, free: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray, Any]:
+        """Residual (n,), Jacobian (n, p) and the column (n,) of the initial speeds, if any is free."""
+        layout = layout_of(template.effects)
+        steps = np.diag(layout.difference)
+        both = is_wide(template.effects)
+        begins = [free[None], free + steps, *([free - steps] if both else [])]
+        frees = np.concatenate([*begins, free[None]] if self.free_pieces else begins)
+        starts = np.repeat(speeds[None], len(frees), axis=0)
+        if self.free_pieces:
+            starts[-1] += SPEED_STEP
+        found = self.residuals([motor_at(template, free) for free in frees], starts, self.width(layout))
+        p = len(free)
+        if both:
+            jacobian = (found[1 : p + 1] - found[p + 1 : 2 * p + 1]) / (2 * layout.difference[:, None])
+        else:
+            jacobian = (found[1 : p + 1] - found[0]) / layout.difference[:, None]
+        column = (found[-1] - found[0]) / SPEED_STEP if self.free_pieces else None
+        return found[0], jacobian.T, column
+
+    def fit(
+        self, motor: Motor, speeds: np.ndarray | None = None, tolerance: float = 1e-4, steps: int = STEPS
+    ) -> Fitted:
+        """From `motor` until a step promises less than `tolerance` of chi2 (of 1, where that is less), or `steps`."""
+        free = free_of(motor)
+        speeds = np.zeros(self.pieces) if speeds is None else speeds
+        layout = layout_of(motor.effects)
+        at = _At(free, speeds, *self.linearise(motor, free, speeds))
+        settled = False
+        for _ in range(min(steps, STEPS // 3) if is_wide(motor.effects) else steps):
+            step = self._step(at, layout)
+            least = tolerance * max(square_of(at.residual), len(at.residual))
+            if step is None or step.promise < least:
+                settled = step is not None
+                break
+            new = self._moved(motor, at, step, layout)
+            if new is None:
+                break
+            slow = self._cost(new, layout) > 0.999 * self._cost(at, layout) and step.promise < 10 * least
+            at = new
+            if slow:
+                settled = True
+                break
+        projected, _ = self._project(np.column_stack([at.residual, at.jacobian]), at.column)
+        return Fitted(motor, at.free, at.speeds, at.residual, projected[:, 1:], settled)
+
+    def _step(self, at: "_At", layout: Layout) -> "_Step | None":
+        columns, shift = self._project(np.column_stack([at.residual, at.jacobian]), at.column)
+        residual, jacobian = columns[:, 0], columns[:, 1:]
+        finite = np.isfinite(layout.spread)
+        weight = np.where(finite, 1 / np.where(finite, layout.spread, 1.0), 0.0)
+        pull = (at.free - layout.prior) * weight
+        normal = np.einsum("np,nq->pq", jacobian, jacobian) + np.diag(weight**2)
+        right = -(np.einsum("np,n->p", jacobian, residual) + weight * pull)
+        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+        if not np.isfinite(normal).all() or not np.isfinite(right).all():
+            return None
+        step = _within(normal / np.outer(scale, scale), right / scale, scale, layout.longest)
+        beyond = (at.free + step < layout.low) | (at.free + step > layout.high)
+        if beyond.any():
+            step = np.where(beyond, np.clip(at.free + step, layout.low, layout.high) - at.free, step)
+            step = _restricted(normal, right, step, beyond)
+            step = np.clip(at.free + step, layout.low, layout.high) - at.free
+        promise = float(2 * right @ step - step @ normal @ step)
+        speeds = None if shift is None else -shift[:, 0] - shift[:, 1:] @ step
+        return _Step(step, speeds, promise)
+
+    def _project(self, columns: np.ndarray, starts: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
+        """`columns` (n, c) without what initial speeds explain, and the speeds (k, c) that explain it."""
+        if starts is None:
+            return columns, None
+        size = np.bincount(self.piece, starts**2, self.pieces)
+        weights = [np.bincount(self.piece, starts * column, self.pieces) for column in columns.T]
+        shift = np.stack(weights, axis=1) / np.where(size > 1e-12, size, np.inf)[:, None]
+        return columns - starts[:, None] * shift[self.piece], shift
+
+    def _moved(self, motor: Motor, at: "_At", step: "_Step", layout: Layout) -> "_At | None":
+        """`at` after the step, or after the best part of it; None where no part of it helps."""
+
+        def after(share: float) -> tuple[np.ndarray, np.ndarray]:
+            speeds = at.speeds if step.speeds is None else at.speeds + share * step.speeds
+            return at.free + share * step.free, speeds
+
+        before = self._cost(at, layout)
+        free, speeds = after(1.0)
+        new = _At(free, speeds, *self.linearise(motor, free, speeds))
+        if self._cost(new, layout) < before:
+            return new
+        width = self.width(layout)
+        shares = 0.5 ** np.arange(1, width + 1)
+        trials = [after(float(share)) for share in shares]
+        frees, starts = (np.stack(column) for column in zip(*trials, strict=True))
+        found = self.residuals([motor_at(motor, free) for free in frees], starts, width)
+        costs = np.array(
+            [square_of(residual) + _prior(free, layout) for residual, free in zip(found, frees, strict=True)]
+        )
+        best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
+        if not costs[best] < before:
+            return None
+        free, speeds = trials[best]
+        return _At(free, speeds, *self.linearise(motor, free, speeds))
+
+    def _cost(self, at: "_At", layout: Layout) -> float:
+        return square_of(at.residual) + _prior(at.free, layout)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _At:
+    free: np.ndarray
+    speeds: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+    column: np.ndarray | None
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Step:
+    free: np.ndarray
+    speeds: np.ndarray | None
+    promise: float
+    """By how much the linearisation lowers the cost."""
+
+
+def _within(normal: np.ndarray, right: np.ndarray, scale: np.ndarray, longest: np.ndarray) -> np.ndarray:
+    """The step whose damping is just enough that no part of it is too long (Marquardt)."""
+    step = np.zeros_like(right)
+    for damping in (0.0, *np.geomspace(1e-4, 1e6, 21)):
+        step = np.linalg.solve(normal + (1e-9 + damping) * np.eye(len(right)), right) / scale
+        if (np.abs(step) <= longest).all():
+            break
+    return step
+
+
+def _restricted(normal: np.ndarray, right: np.ndarray, step: np.ndarray, held: np.ndarray) -> np.ndarray:
+    """`step` with the elements that are not `held` at their best for those that are."""
+    free = ~held
+    if not free.any():
+        return step
+    inner = normal[np.ix_(free, free)]
+    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    wanted = right[free] - normal[np.ix_(free, held)] @ step[held]
+    balanced = inner / np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
+    step = step.copy()
+    step[free] = np.linalg.solve(balanced, wanted / scale) / scale
+    return step
+
+
+def square_of(residual: np.ndarray) -> float:
+    """Sum of squares, infinite where it is none."""
+    # Not a product of vectors: BLAS starts threads for it, which on a busy machine wait for each other.
+    square = float(np.einsum("n,n->", residual, residual))
+    return square if math.isfinite(square) else math.inf
+
+
+def _prior(free: np.ndarray, layout: Layout) -> float:
+    finite = np.isfinite(layout.spread)
+    return float((((free - layout.prior)[finite] / layout.spread[finite]) ** 2).sum())

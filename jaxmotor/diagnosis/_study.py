@@ -1,0 +1,40 @@
+"""A recording packed for simulation, with its solver."""
+
+import dataclasses
+
+import numpy as np
+
+from jaxmotor.diagnosis._solve import Solver
+from jaxmotor.diagnosis._trial import Trial, trial_of
+from jaxmotor.estimate import ROOMY, Packed, pack
+from jaxmotor.recording import Recording
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Study:
+    """A recording ready to be explained."""
+
+    recording: Recording
+    packed: Packed
+    trial: Trial
+    solver: Solver
+
+    @property
+    def block(self) -> np.ndarray:
+        """(n,) of each of the solver's rows: the block in which errors are taken as one."""
+        return np.asarray(self.packed.lanes.cluster).reshape(-1)[self.solver.cells]
+
+    def rows(self, segments: tuple[int, ...]) -> np.ndarray:
+        """(lane, row) those of `segments`."""
+        return np.isin(self.packed.segment_of, segments)
+
+
+def study_of(recording: Recording, pole: float) -> Study:
+    """`recording`, to be explained by motors with about this `pole` [rad/s]."""
+    moving = tuple(
+        index for index, segment in enumerate(recording.segments) if segment.kind != "rest" and len(segment) >= 2
+    )
+    lanes = 16 if len(moving) > 4 else 4 if len(moving) > 1 else 1
+    packed = pack(recording, moving, ROOMY._replace(lanes=lanes))
+    trial = trial_of(recording, packed, pole)
+    return Study(recording, packed, trial, Solver(trial))
