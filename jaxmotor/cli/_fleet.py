@@ -1,0 +1,126 @@
+"""`jaxmotor fleet`: every motor of a data set, one row each."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from jaxmotor.fleet import Done, Summary
+
+MOST_OUTLIERS = 10
+"""That are printed."""
+
+
+def fleet_command(
+    dataset: Annotated[
+        Path, typer.Argument(metavar="DATASET", help="Folder of recordings (.csv, .parquet), or a Parquet file.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="RESULTS.parquet", help="One row for each motor.")],
+    cluster: Annotated[
+        str | None, typer.Option(metavar="ADDRESS|local", help="Run on a Dask cluster: tcp://HOST:8786, or local.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Cores, or workers of a local cluster. [default: all cores]")
+    ] = None,
+    friction: Annotated[bool, typer.Option("--friction", help="Fit Coulomb friction and a dead zone, too.")] = False,
+    figure: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Draw the motors, their spread, and who does not belong.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws encoder offsets.")] = 0,
+) -> None:
+    """Identify every motor of a data set. A run that was stopped goes on where it was."""
+    if figure is not None and figure.suffix not in (".png", ".svg"):
+        raise typer.BadParameter("--figure is a .png or .svg file")
+    from jaxmotor.cli._runtime import use_compilation_cache
+
+    use_compilation_cache()
+    from jaxmotor.fleet import Options, identify_fleet
+
+    options = Options(friction, seed)
+    with _progress() as progress:
+        summary = identify_fleet(dataset, output, options=options, cluster=cluster, workers=workers, progress=progress)
+    lines = [_text(summary), *_population(summary, friction, figure)]
+    typer.echo("\n".join(lines))
+    if summary.problems:
+        raise typer.Exit(1)
+
+
+@contextlib.contextmanager
+def _progress() -> Iterator[Callable[[Done], None]]:
+    """A bar on the terminal's error output, with motors per second and the time left."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns: list[Any] = [
+        TextColumn("motors {task.fields[motors]}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("parts, {task.fields[rate]}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    ]
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", motors=0, rate="", total=None)
+        motors = {True: 0, False: 0}
+
+        def done(part: Done) -> None:
+            motors[part.before] += part.motors
+            elapsed = bar.tasks[0].elapsed or 0.0
+            rate = f"{motors[False] / elapsed:.3g} motors/s" if elapsed and motors[False] else "..."
+            bar.update(task, advance=1, total=part.parts, motors=sum(motors.values()), rate=rate)
+
+        yield done
+
+
+def _text(summary: Summary) -> str:
+    lines = [f"{summary.output}: {summary.motors} motors"]
+    if summary.problems:
+        lines.append(f"  {summary.problems} of them could not be identified: column 'problem' says why")
+    if summary.doubled:
+        lines.append(f"  {summary.doubled} names stand for more than one motor: column 'source' tells them apart")
+    return "\n".join(lines)
+
+
+def _population(summary: Summary, friction: bool, figure: Path | None) -> list[str]:
+    """What the motors have in common, where there are enough of them."""
+    from jaxmotor._errors import JaxmotorError
+    from jaxmotor.fleet import population, read_results
+
+    names = ("gain_rad_s_V", "pole_rad_s", *(("coulomb_friction_V",) if friction else ()))
+    try:
+        found = population(read_results(summary.output), names)
+    except JaxmotorError as error:
+        return [f"  no population: {error}"]
+    lines = ["  spread between motors (without the errors of the estimates):"]
+    for k, name in enumerate(names):
+        if found.logarithmic[k]:
+            middle, spread = math.exp(found.mean[k]), f"{100 * found.spread[k]:.3g} %"
+        else:
+            middle, spread = found.mean[k], f"{found.spread[k]:.3g}"
+        lines.append(f"    {name:<20s} {middle:.5g}, standard deviation {spread}")
+    lines += [
+        f"  does not belong: {outlier.motor} ({outlier.because}, {outlier.deviation:+.1f} standard deviations)"
+        for outlier in found.outliers[:MOST_OUTLIERS]
+    ]
+    if len(found.outliers) > MOST_OUTLIERS:
+        lines.append(f"  and {len(found.outliers) - MOST_OUTLIERS} more")
+    if figure is not None:
+        from jaxmotor.present import population_figure, save
+
+        save(population_figure(found), figure)
+        lines.append(f"  wrote {figure}")
+    return lines

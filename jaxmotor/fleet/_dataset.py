@@ -1,0 +1,116 @@
+"""A data set of many motors as parts that can be read one by one, here or by a worker elsewhere."""
+
+import hashlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor.fleet._parquet import Cut, cuts_of, read_cut
+from jaxmotor.recording import Recording, read
+
+FILES_PER_PART = 32
+TEXT, PARQUET = ".csv", ".parquet"
+
+
+class Part(NamedTuple):
+    """A piece of the data set, small enough to be done at once and lost with little harm."""
+
+    files: tuple[str, ...]
+    """Recordings of format 1, one motor each."""
+    cut: Cut | None
+    """Or the motors that begin in these row groups of a Parquet file."""
+
+
+class Entry(NamedTuple):
+    """One motor of a data set: its recording, or why there is none."""
+
+    motor: str
+    source: str
+    recording: Recording | None
+    problem: str
+    """A sentence where `recording` is None, else empty."""
+
+
+class Dataset(NamedTuple):
+    """All parts, in an order that is the same each time."""
+
+    path: str
+    parts: tuple[Part, ...]
+    identity: str
+    """Digest of the files' names, sizes and times of change."""
+    files: int
+
+
+def open_dataset(path: str | os.PathLike[str]) -> Dataset:
+    """The data set at `path`: a Parquet file, or a folder (with those below it) of .csv and .parquet files.
+
+    **Raises:** `JaxmotorError` where there is nothing to read.
+    """
+    root = Path(path)
+    files = _files(root)
+    parts: list[Part] = []
+    texts = [str(file) for file in files if file.suffix == TEXT]
+    for first in range(0, len(texts), FILES_PER_PART):
+        parts.append(Part(tuple(texts[first : first + FILES_PER_PART]), None))
+    for file in files:
+        if file.suffix == PARQUET:
+            parts += [Part((), cut) for cut in cuts_of(str(file))]
+    return Dataset(str(root), tuple(parts), _identity(root, files), len(files))
+
+
+def read_part(part: Part) -> Iterator[Entry]:
+    """The motors of `part`, each read when it is asked for. What cannot be read is an entry with a sentence."""
+    if part.cut is not None:
+        yield from (_entry(*found) for found in read_cut(part.cut))
+        return
+    for file in part.files:
+        try:
+            recording = read(file)
+        except JaxmotorError as error:
+            yield Entry(Path(file).stem, file, None, str(error))
+        else:
+            yield Entry(_name(recording, Path(file).stem), file, recording, "")
+
+
+def _entry(motor: str, source: str, recording: Recording | str) -> Entry:
+    if isinstance(recording, str):
+        return Entry(motor, source, None, recording)
+    return Entry(motor, source, recording, "")
+
+
+def _name(recording: Recording, otherwise: str) -> str:
+    name = recording.header.get("motor")
+    return name if isinstance(name, str) and name.strip() else otherwise
+
+
+def _files(root: Path) -> list[Path]:
+    try:
+        if root.is_file():
+            found = [root] if root.suffix in (TEXT, PARQUET) else []
+        else:
+            # Names that begin with a dot or an underscore are what other programs leave in such folders.
+            found = [
+                file
+                for file in sorted(root.rglob("*"))
+                if file.suffix in (TEXT, PARQUET)
+                and file.is_file()
+                and not any(part.startswith((".", "_")) for part in file.relative_to(root).parts)
+            ]
+    except OSError as error:
+        raise JaxmotorError(f"{root}: cannot be read ({error.strerror}); check the path and its permissions") from error
+    if not root.exists():
+        raise JaxmotorError(f"{root}: there is no such file or folder; give a data set of recordings")
+    if not found:
+        raise JaxmotorError(f"{root}: no recordings; a data set is a folder of .csv or .parquet files, or one of them")
+    return found
+
+
+def _identity(root: Path, files: list[Path]) -> str:
+    digest = hashlib.sha256()
+    for file in files:
+        about = file.stat()
+        name = file.relative_to(root) if file != root else file.name
+        digest.update(f"{name}\0{about.st_size}\0{about.st_mtime_ns}\n".encode())
+    return digest.hexdigest()[:32]

@@ -1,0 +1,176 @@
+"""Coulomb friction and a dead zone, fitted to each motor beside gain and pole.
+
+Free simulation (`_rubbing`), residuals whitened as in the trajectory fit, and a fixed number of damped
+Gauss-Newton steps: a step that does not lower the sum of squares is taken back and tried shorter. The sizes are fitted
+through their logarithms, from small ones, so that they stay positive.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from jaxmotor._precision import in_float64, to_jax
+from jaxmotor._programs import Arrays, program
+from jaxmotor.estimate import Problem, start_columns, whitened
+from jaxmotor.fleet._batch import BATCH, Identified, in_turn, problem_in
+from jaxmotor.fleet._ready import Key, Ready, stack
+from jaxmotor.fleet._rubbing import simulate_rubbing
+from jaxmotor.motor import FirstOrder
+
+COARSE_STEPS, FINE_STEPS = 8, 6
+START_V = (0.1, 0.05)
+"""Of friction and dead zone."""
+LONGEST_STEP = 1.0
+"""In the logarithms."""
+SIZE = 5
+"""Parameters: gain, K u0 of a voltage offset u0, and the logarithms of pole, friction and dead zone."""
+PROCESS_RANGE = (-8.0, 4.0)
+
+Residual = Callable[[Float[Array, " p"]], Float[Array, "lane row"]]
+
+
+class Rubbing(NamedTuple):
+    """A motor with Coulomb friction and a dead zone."""
+
+    gain: float
+    pole: float
+    friction_V: float
+    dead_zone_V: float
+    standard_error: np.ndarray
+    """Of the four, in their units; scaled up where the residuals are larger than the encoder's."""
+    chi2_per_sample: float
+
+    def numbers(self) -> list[float]:
+        """In the order of the results' columns."""
+        values = [self.gain, self.pole, self.friction_V, self.dead_zone_V]
+        return [*values, *self.standard_error.tolist(), self.chi2_per_sample]
+
+
+@in_float64
+def fit_friction(motors: list[Ready], found: list[Identified]) -> list[Rubbing | None]:
+    """Friction and dead zone of each of `motors`, at most `BATCH` of one key; None where rows have a speed window.
+
+    It starts from what `identify_batch` has `found` of them.
+    """
+    key = motors[0].key
+    if key.kind == "window" or key.timed:
+        return [None for _ in motors]
+    arrays = stack(motors, BATCH)
+    psi = np.zeros((BATCH, SIZE))
+    initial_speed, log10_q = np.zeros((BATCH, key.pieces + 1)), np.zeros(BATCH)
+    for index, one in enumerate(found):
+        solution = one.estimate.solution
+        psi[index] = (*np.asarray(solution.psi), *np.log(START_V))
+        initial_speed[index], log10_q[index] = solution.initial_speed, solution.log10_q
+    arrays |= {"psi": psi, "initial_speed": initial_speed, "log10_q": log10_q}
+    count = to_jax(np.int32(len(motors)))
+    results = friction_program(to_jax(arrays), key, count, jax.default_backend() != "cpu")
+    numbers = {name: np.asarray(value) for name, value in results.items()}
+    return [_rubbing(numbers["psi"][k], numbers["error"][k], float(numbers["chi2"][k])) for k in range(len(motors))]
+
+
+def _rubbing(psi: np.ndarray, error: np.ndarray, chi2: float) -> Rubbing | None:
+    if not (np.isfinite(psi).all() and np.isfinite(error).all()):
+        return None
+    pole, friction, dead_zone = np.exp(psi[2:]).tolist()
+    scale = np.array([1.0, pole, friction, dead_zone])
+    return Rubbing(float(psi[0]), pole, friction, dead_zone, error[[0, 2, 3, 4]] * scale, chi2)
+
+
+@program
+def friction_program(arrays: dict[str, Array], key: Key, count: Int[Array, ""], side_by_side: bool) -> Arrays:
+    """`psi`, its standard errors and chi2 of the first `count` motors in `arrays`."""
+    return in_turn(lambda own: _one(own, key), arrays, count, side_by_side)
+
+
+class _State(NamedTuple):
+    psi: Float[Array, " p"]
+    cost: Float[Array, ""]
+    damping: Float[Array, ""]
+
+
+def _one(arrays: dict[str, Array], key: Key) -> Arrays:
+    problem = problem_in(arrays, key)
+
+    def left(psi: Float[Array, " p"]) -> Float[Array, "lane row"]:
+        return _left(psi, problem, arrays)
+
+    def residual(psi: Float[Array, " p"], log10_q: Float[Array, ""]) -> Float[Array, "lane row"]:
+        return whitened(left(psi)[..., None], start_columns(psi[:3], problem), 10**log10_q, problem)[0][..., 0]
+
+    # First as noisy as the linear motor left it, then as quiet as the better model leaves it.
+    psi = _descend(arrays["psi"], lambda psi: residual(psi, arrays["log10_q"]), COARSE_STEPS)
+    log10_q = arrays["log10_q"]
+    if problem.kind == "turn":
+        log10_q = _process_term(left(psi), psi, problem)
+    psi = _descend(psi, lambda psi: residual(psi, log10_q), FINE_STEPS)
+    jacobian = jax.jacfwd(lambda psi: residual(psi, log10_q))(psi)
+    normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
+    count = jnp.asarray(problem.lanes.valid).sum().astype(psi.dtype)
+    variance = jnp.maximum((residual(psi, log10_q) ** 2).sum() / (count - SIZE), 1.0)
+    error = jnp.sqrt(jnp.diag(_inverse(normal)) * variance)
+    chi2 = (left(psi) ** 2).sum() / count / problem.floor
+    return {"psi": psi, "error": error, "chi2": chi2}
+
+
+def _process_term(left: Float[Array, "lane row"], psi: Float[Array, " p"], problem: Problem) -> Float[Array, ""]:
+    """The most likely of a row of process terms for the residual `left` [decades of the floor]."""
+    starts = start_columns(psi[:3], problem)
+    points = jnp.linspace(*PROCESS_RANGE, 2 * int(PROCESS_RANGE[1] - PROCESS_RANGE[0]) + 1, dtype=psi.dtype)
+
+    def cost(log10_q: Float[Array, ""]) -> Float[Array, ""]:
+        white, _, log_det = whitened(left[..., None], starts, 10**log10_q, problem)
+        count = jnp.asarray(problem.lanes.valid).sum().astype(psi.dtype)
+        square = (white**2).sum()
+        return square + log_det if problem.floor_known else count * jnp.log(square / count) + log_det
+
+    return points[jnp.argmin(jax.lax.map(cost, points))]
+
+
+def _descend(psi: Float[Array, " p"], residual: Residual, steps: int) -> Float[Array, " p"]:
+    def both(psi):
+        left = residual(psi)
+        return left, left
+
+    def step(_, state: _State) -> _State:
+        jacobian, left = jax.jacfwd(both, has_aux=True)(state.psi)
+        normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
+        right = jnp.einsum("lrp,lr->p", jacobian, left)
+        damped = normal + state.damping * jnp.diag(jnp.diag(normal))
+        delta = _inverse(damped) @ right
+        logs = jnp.clip(delta[2:], -LONGEST_STEP, LONGEST_STEP)
+        psi = state.psi - jnp.concatenate([delta[:2], logs])
+        cost = (residual(psi) ** 2).sum()
+        better = cost <= state.cost
+        return _State(
+            jnp.where(better, psi, state.psi),
+            jnp.where(better, cost, state.cost),
+            jnp.where(better, state.damping / 10, jnp.maximum(state.damping, 1e-4) * 10),
+        )
+
+    start = _State(psi, (residual(psi) ** 2).sum(), jnp.full((), 1e-3, psi.dtype))
+    return jax.lax.fori_loop(0, steps, step, start).psi
+
+
+def _inverse(normal: Float[Array, "p p"]) -> Float[Array, "p p"]:
+    scale = jnp.sqrt(jnp.diag(normal))
+    scale = jnp.where(scale > 0, scale, 1.0)
+    balanced = normal / jnp.outer(scale, scale) + 1e-12 * jnp.eye(len(scale), dtype=normal.dtype)
+    return jnp.linalg.inv(balanced) / jnp.outer(scale, scale)
+
+
+def _left(psi: Float[Array, " p"], problem: Problem, arrays: Arrays) -> Float[Array, "lane row"]:
+    """Observed minus simulated [units], zero where nothing was measured."""
+    pole, friction, dead_zone = jnp.exp(psi[2:])
+    lanes = problem.lanes
+    volts = jnp.asarray(lanes.volts) + psi[1] / psi[0]
+    # After a lost tick, the speed that the linear motor had there; what that is off by is projected out.
+    speed = jnp.asarray(lanes.free) * arrays["initial_speed"][lanes.piece]
+    motor, reset, duration = FirstOrder(psi[0], pole), jnp.asarray(lanes.reset), jnp.asarray(lanes.duration)
+    run = simulate_rubbing(motor, friction, dead_zone, volts, reset, speed, duration)
+    shown = (run.turn if problem.kind == "turn" else run.speed) / problem.unit
+    return jnp.where(jnp.asarray(lanes.valid), jnp.asarray(lanes.observed) - shown, 0.0)

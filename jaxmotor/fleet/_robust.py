@@ -1,0 +1,79 @@
+"""Where most of the points are, whatever the others do: the minimum covariance determinant.
+
+Rousseeuw and Van Driessen, "A fast algorithm for the minimum covariance determinant estimator", Technometrics 41, 1999.
+"""
+
+import math
+
+import numpy as np
+
+STARTS, STEPS = 50, 30
+"""Random subsets to start from, and the most concentration steps from each."""
+
+
+def robust(points: np.ndarray, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Centre (p,) and covariance (p, p) of most of `points` (m, p): the reweighted minimum covariance determinant.
+
+    Of half of the points, the set with the smallest determinant, by concentration steps from random starts; scaled to
+    be right for normal points, then once more from all points within the 97.5 % quantile.
+    """
+    number, size = points.shape
+    half = (number + size + 1) // 2
+    rng = np.random.default_rng(seed)
+    scale = np.maximum(np.median(np.abs(points - np.median(points, axis=0)), axis=0), 1e-300)
+    units = (points - np.median(points, axis=0)) / scale
+    chosen = min(
+        (_concentrated(units, rng.choice(number, size + 1, replace=False), half) for _ in range(STARTS)),
+        key=lambda subset: float(np.linalg.slogdet(_covariance(units[subset]))[1]),
+    )
+    centre, covariance = units[chosen].mean(0), _covariance(units[chosen])
+    square = _squares(units, centre, covariance)
+    covariance = covariance * np.median(square) / chi_square_quantile(0.5, size)
+    limit = chi_square_quantile(0.975, size)
+    kept = units[_squares(units, centre, covariance) <= limit]
+    covariance = _covariance(kept) * 0.975 / chi_square_cdf(limit, size + 2)
+    return kept.mean(0) * scale + np.median(points, axis=0), covariance * np.outer(scale, scale)
+
+
+def _concentrated(points: np.ndarray, start: np.ndarray, half: int) -> np.ndarray:
+    subset = start
+    for _ in range(STEPS):
+        square = _squares(points, points[subset].mean(0), _covariance(points[subset]))
+        after = np.sort(np.argpartition(square, half - 1)[:half])
+        if len(after) == len(subset) and (after == subset).all():
+            break
+        subset = after
+    return subset
+
+
+def _covariance(points: np.ndarray) -> np.ndarray:
+    covariance = np.cov(points.T).reshape(points.shape[1], -1)
+    return covariance + 1e-12 * np.trace(covariance) * np.eye(len(covariance)) + 1e-300 * np.eye(len(covariance))
+
+
+def _squares(points: np.ndarray, centre: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    away = points - centre
+    return np.einsum("mi,ij,mj->m", away, np.linalg.inv(covariance), away)
+
+
+def chi_square_cdf(value: float, freedom: int) -> float:
+    """Share of chi-square with `freedom` below `value`: the lower incomplete gamma function by its series."""
+    if value <= 0:
+        return 0.0
+    half, x = freedom / 2, value / 2
+    term = total = 1.0
+    k = 0
+    while term > 1e-17 * total:
+        k += 1
+        term *= x / (half + k)
+        total += term
+    return min(1.0, total * math.exp(half * math.log(x) - x - math.lgamma(half + 1)))
+
+
+def chi_square_quantile(share: float, freedom: int) -> float:
+    """Below which `share` of chi-square with `freedom` lies, by bisection."""
+    low, high = 0.0, 10.0 * freedom + 100.0
+    for _ in range(200):
+        middle = (low + high) / 2
+        low, high = (middle, high) if chi_square_cdf(middle, freedom) < share else (low, middle)
+    return (low + high) / 2

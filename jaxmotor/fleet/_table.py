@@ -1,0 +1,140 @@
+"""Results as a table: one row for each motor, numbers in SI with their units in the names."""
+
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor._files import replacing
+from jaxmotor.fleet._batch import Identified
+from jaxmotor.fleet._dataset import Entry
+from jaxmotor.fleet._extra import needs
+from jaxmotor.fleet._friction import Rubbing
+
+Row = dict[str, Any]
+
+TEXTS = ("motor", "source", "problem")
+NUMBERS = (
+    "gain_rad_s_V",
+    "pole_rad_s",
+    "voltage_offset_V",
+    "gain_standard_error_rad_s_V",
+    "pole_standard_error_rad_s",
+    "voltage_offset_standard_error_V",
+    "gain_pole_covariance_rad2_s2_V",
+    "chi2_per_sample",
+    "fit_percent",
+)
+FRICTION_NUMBERS = (
+    "friction_gain_rad_s_V",
+    "friction_pole_rad_s",
+    "coulomb_friction_V",
+    "dead_zone_V",
+    "friction_gain_standard_error_rad_s_V",
+    "friction_pole_standard_error_rad_s",
+    "coulomb_friction_standard_error_V",
+    "dead_zone_standard_error_V",
+    "friction_chi2_per_sample",
+)
+KEY = b"jaxmotor fleet"
+"""Metadata of a file of results: what they are the results of, as JSON."""
+
+
+def row_of(entry: Entry, found: Identified | None, problem: str, rubbing: Rubbing | None = None) -> Row:
+    """One motor's row; where there is a `problem` its numbers are missing."""
+    row: Row = {"motor": entry.motor, "source": entry.source, "problem": problem or None}
+    row |= dict.fromkeys((*NUMBERS, *FRICTION_NUMBERS))
+    row["notes"] = [] if found is None else list(found.notes)
+    if found is not None:
+        row |= dict(zip(NUMBERS, _numbers(found), strict=True))
+    if rubbing is not None:
+        row |= dict(zip(FRICTION_NUMBERS, map(_finite, rubbing.numbers()), strict=True))
+    return row
+
+
+def _numbers(found: Identified) -> list[float | None]:
+    judged = found.judgement
+    values = (
+        judged.motor.gain,
+        judged.motor.pole,
+        judged.offset_V,
+        judged.standard_error.gain,
+        judged.standard_error.pole,
+        judged.offset_standard_error_V,
+        judged.covariance[0, 1],
+        found.chi2_per_sample,
+        found.fit_percent,
+    )
+    return [_finite(value) for value in values]
+
+
+def _finite(value: Any) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def write_rows(rows: list[Row], path: Path, about: Mapping[str, Any]) -> None:
+    """Write `rows` to `path`, whole or not at all; `about` says what they are the results of."""
+    table = needs("pyarrow").Table.from_pylist(rows, schema=_schema(about))
+    with replacing(path) as part:
+        needs("pyarrow.parquet").write_table(table, part, compression="zstd")
+
+
+def read_about(path: Path) -> Mapping[str, Any] | None:
+    """What the results in `path` are of; None where it holds no results."""
+    parquet = needs("pyarrow.parquet")
+    try:
+        metadata = parquet.read_schema(path).metadata or {}
+        return json.loads(metadata[KEY])
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def join(parts: list[Path], path: Path, about: Mapping[str, Any]) -> dict[str, int]:
+    """All `parts` in one file, row group by row group, a note added where two motors have one name.
+
+    Returns the number of `motors`, of those with `problems`, and of `doubled` names.
+    """
+    arrow, parquet = needs("pyarrow"), needs("pyarrow.parquet")
+    seen: set[str] = set()
+    twice: set[str] = set()
+    for part in parts:
+        for name in parquet.read_table(part, columns=["motor"]).column("motor").to_pylist():
+            (twice if name in seen else seen).add(name)
+    counts = {"motors": 0, "problems": 0, "doubled": len(twice)}
+    schema = _schema(about)
+    with replacing(path) as whole, parquet.ParquetWriter(whole, schema, compression="zstd") as writer:
+        for part in parts:
+            rows = parquet.read_table(part).to_pylist()
+            for row in rows:
+                if row["motor"] in twice:
+                    row["notes"] = [*row["notes"], "another motor of this data set has this name: see their sources"]
+                counts["motors"] += 1
+                counts["problems"] += row["problem"] is not None
+            writer.write_table(arrow.Table.from_pylist(rows, schema=schema))
+    return counts
+
+
+def read_results(path: Path) -> dict[str, np.ndarray]:
+    """The columns of a file of results, without the motors that have a problem; missing numbers are NaN.
+
+    **Raises:** `JaxmotorError` where it holds no results.
+    """
+    if read_about(path) is None:
+        raise JaxmotorError(f"{path}: holds no results of `jaxmotor fleet`; make them with it")
+    table = needs("pyarrow.parquet").read_table(path)
+    columns = {name: table.column(name).to_numpy() for name in table.column_names if name != "notes"}
+    good = np.array([problem is None for problem in columns.pop("problem")], bool)
+    return {name: np.asarray(column)[good] for name, column in columns.items()}
+
+
+def _schema(about: Mapping[str, Any]) -> Any:
+    arrow = needs("pyarrow")
+    fields: Iterable[Any] = [
+        *((name, arrow.string()) for name in TEXTS),
+        *((name, arrow.float64()) for name in (*NUMBERS, *FRICTION_NUMBERS)),
+        ("notes", arrow.list_(arrow.string())),
+    ]
+    return arrow.schema(fields, metadata={KEY: json.dumps(dict(about))})

@@ -1,0 +1,93 @@
+"""The motors of a fleet, their spread, and those that do not belong."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jaxmotor.fleet import Population
+from jaxmotor.present._style import BLUE, GREY, REFERENCE, VERMILLION, legend_above, panels, plain, styled
+
+LABELS = {
+    "gain_rad_s_V": "Gain (rad/s/V)",
+    "pole_rad_s": "Pole (rad/s)",
+    "coulomb_friction_V": "Coulomb friction (V)",
+    "dead_zone_V": "Dead zone (V)",
+}
+MOST_NAMED = 8
+"""Motors that do not belong, of which the names are written."""
+MOST_BARS = 500
+"""Motors, beyond which their error bars are left out."""
+
+
+@styled
+def population_figure(population: Population) -> Figure:
+    """Each pair of parameters with the ellipses that hold 50 % and 99.9 % of the motors, or one parameter sorted.
+
+    The ellipses are of the motors themselves, without their estimates' errors; the bars are 95 % of these.
+    """
+    size = len(population.names)
+    pairs = [(0, k) for k in range(1, size)] or [(0, 0)]
+    figure, axes = panels(len(pairs), 2.9 * len(pairs), share_x=False)
+    for ax, (across, up) in zip(axes[:, 0], pairs, strict=True):
+        if across == up:
+            _sorted(ax, population)
+        else:
+            _pair(ax, population, across, up)
+    legend_above(axes[0, 0], 3)
+    return figure
+
+
+def _pair(ax: Axes, population: Population, across: int, up: int) -> None:
+    inside = population.distance <= population.threshold
+    points = _shown(population, population.estimates)
+    _bars(ax, population, across, up, inside, color=BLUE, marker="o", label="motors")
+    if not inside.all():
+        _bars(ax, population, across, up, ~inside, color=VERMILLION, marker="x", label="do not belong")
+    chosen = np.ix_([across, up], [across, up])
+    covariance, middle = population.covariance[chosen], population.mean[[across, up]]
+    for square, style in ((1.386, "-"), (13.816, (0, (5, 1.6)))):
+        curve = np.tile(population.mean, (181, 1))
+        curve[:, [across, up]] = middle + np.sqrt(square) * _circle() @ _root(covariance).T
+        curve = _shown(population, curve)
+        label = "50 % and 99.9 % of them" if square < 2 else None
+        ax.plot(curve[:, across], curve[:, up], color=GREY, linestyle=style, linewidth=1.0, label=label)
+    index = {motor: k for k, motor in enumerate(population.motors)}
+    for outlier in population.outliers[:MOST_NAMED]:
+        x, y = points[index[outlier.motor], [across, up]]
+        ax.annotate(plain(outlier.motor, 20), (x, y), xytext=(4, 3), textcoords="offset points", fontsize=7)
+    ax.set(xlabel=LABELS[population.names[across]], ylabel=LABELS[population.names[up]])
+
+
+def _bars(ax: Axes, population: Population, across: int, up: int, chosen: np.ndarray, **look) -> None:
+    points = _shown(population, population.estimates[chosen])
+    look |= {"linestyle": "none", "markersize": 3, "markerfacecolor": "none", "markeredgewidth": 0.7}
+    if chosen.sum() > MOST_BARS:
+        ax.plot(points[:, across], points[:, up], rasterized=True, **look)
+        return
+    errors = 1.96 * np.sqrt(np.einsum("mii->mi", population.errors[chosen]))
+    errors = errors * np.where(np.array(population.logarithmic), points, 1.0)
+    ax.errorbar(points[:, across], points[:, up], errors[:, up], errors[:, across], elinewidth=0.6, **look)
+
+
+def _sorted(ax: Axes, population: Population) -> None:
+    points = np.sort(_shown(population, population.estimates)[:, 0])
+    share = (np.arange(len(points)) + 0.5) / len(points)
+    ax.plot(points, 100 * share, color=BLUE, linestyle="none", marker="o", markersize=3, label="motors")
+    ax.axvline(_shown(population, population.mean[None])[0, 0], **REFERENCE, label="mean")
+    ax.set(xlabel=LABELS[population.names[0]], ylabel="Motors below (%)")
+
+
+def _shown(population: Population, values: np.ndarray) -> np.ndarray:
+    """From logarithms to sizes."""
+    sizes = np.array(population.logarithmic)
+    return np.where(sizes, np.exp(np.where(sizes, values, 0.0)), values)
+
+
+def _circle() -> np.ndarray:
+    angle = np.linspace(0, 2 * np.pi, 181)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def _root(covariance: np.ndarray) -> np.ndarray:
+    values, vectors = np.linalg.eigh(covariance)
+    return vectors * np.sqrt(np.maximum(values, 0.0))

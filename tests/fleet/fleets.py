@@ -1,0 +1,50 @@
+"""Small fleets of known motors."""
+
+import numpy as np
+from made import PERIOD, plan, recording, sine, step
+
+from jaxmotor.recording import Recording
+
+GAINS = np.linspace(9.0, 13.0, 5)
+SHORT = [sine(0.73, 240), sine(2.9, 240), sine(7.7, 240), step(5.1, 120), step(-3.3, 120)]
+
+
+def short(seed: int, **about) -> Recording:
+    """A motor whose recording takes little time to fit."""
+    return recording(seed, runs=SHORT, **about)
+
+
+def with_lost_ticks(given: Recording, rng: np.random.Generator) -> Recording:
+    """`given` with ticks missing in its first segment."""
+    import dataclasses
+
+    first = given.segments[0]
+    keep = np.ones(len(first), bool)
+    keep[rng.choice(np.arange(50, len(first)), 3, replace=False)] = False
+    names = ("time_s", "volts", "tick", "count")
+    cut = dataclasses.replace(first, **{name: getattr(first, name)[keep] for name in names})
+    return dataclasses.replace(given, segments=(cut, *given.segments[1:]))
+
+
+def exact_friction(volts, gain, pole, friction, fine=20):
+    """Angle at each tick of a motor with Coulomb friction [V]: exponentials from stop to stop, tick by tick."""
+    angle, speed, now = np.empty(len(volts)), 0.0, 0.0
+    for k, u in enumerate(volts):
+        angle[k], left = now, PERIOD
+        for _ in range(2):
+            towards = np.sign(speed) if speed else np.sign(u) * (abs(u) > friction)
+            if not towards:
+                break
+            final = gain * (u - towards * friction)
+            stop = np.log(1 - speed / final) / pole if speed * final < 0 else np.inf
+            time = min(stop, left)
+            fall = np.exp(-pole * time)
+            now += final * time + (speed - final) * (1 - fall) / pole
+            speed = 0.0 if stop < left else final + (speed - final) * fall
+            left -= time
+            if left <= 0:
+                break
+    return angle
+
+
+__all__ = ["GAINS", "SHORT", "exact_friction", "plan", "recording", "short", "sine", "step", "with_lost_ticks"]
