@@ -19,3 +19,4 @@ from jaxmotor.bench._protocol import RecorderError as RecorderError
 from jaxmotor.bench._protocol import encode as encode
 from jaxmotor.bench._recorder import record as record
 from jaxmotor.bench._recorder import recover as recover
+from jaxmotor.bench._signals import experiment_volts as experiment_volts

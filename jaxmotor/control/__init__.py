@@ -1,0 +1,31 @@
+"""Controllers from an identified motor: gains, feed-forward, estimator, and what they will do."""
+
+from jaxmotor.control._estimator import Estimator as Estimator
+from jaxmotor.control._estimator import Motions as Motions
+from jaxmotor.control._estimator import design_estimator as design_estimator
+from jaxmotor.control._estimator import estimate_motion as estimate_motion
+from jaxmotor.control._feed_forward import COMPENSATED as COMPENSATED
+from jaxmotor.control._feed_forward import FeedForward as FeedForward
+from jaxmotor.control._feed_forward import feed_forward as feed_forward
+from jaxmotor.control._feed_forward import reachable_rad_s as reachable_rad_s
+from jaxmotor.control._hardware import Hardware as Hardware
+from jaxmotor.control._loops import CountedPositionLoop as CountedPositionLoop
+from jaxmotor.control._loops import CountedSpeedLoop as CountedSpeedLoop
+from jaxmotor.control._loops import position_controller as position_controller
+from jaxmotor.control._loops import speed_controller as speed_controller
+from jaxmotor.control._position_design import PositionDesign as PositionDesign
+from jaxmotor.control._position_design import design_position_loop as design_position_loop
+from jaxmotor.control._predict import Prediction as Prediction
+from jaxmotor.control._predict import draw_motors as draw_motors
+from jaxmotor.control._predict import measure_step as measure_step
+from jaxmotor.control._predict import predict_step as predict_step
+from jaxmotor.control._rehearse import simulate_plan as simulate_plan
+from jaxmotor.control._sampled import LINEAR as LINEAR
+from jaxmotor.control._sampled import Sampled as Sampled
+from jaxmotor.control._sampled import delay_of as delay_of
+from jaxmotor.control._sampled import linear_of as linear_of
+from jaxmotor.control._sampled import parameter_of as parameter_of
+from jaxmotor.control._sampled import sampled_motor as sampled_motor
+from jaxmotor.control._speed_design import SpeedDesign as SpeedDesign
+from jaxmotor.control._speed_design import design_speed_loop as design_speed_loop
+from jaxmotor.control._speed_design import slow_pole as slow_pole

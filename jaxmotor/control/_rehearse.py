@@ -1,0 +1,166 @@
+"""A plan run on a model: the recording that `jaxmotor record` would make of this motor.
+
+One free simulation goes through all experiments and the rests between them, as the motor would; closed loops are closed
+by the board's law, u[k] = gain e[k] + I[k], I[k+1] = I[k] + Ki T e[k], with its counts, duties and limit.
+"""
+
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor._precision import in_float64, to_jax
+from jaxmotor.bench import Plan, experiment_volts
+from jaxmotor.control._hardware import Hardware
+from jaxmotor.control._loops import Bridge, Counter, bridge_of
+from jaxmotor.estimate import Model
+from jaxmotor.motor import AbstractController, Motor, Rows, simulate_motor, steps_for
+from jaxmotor.motor.effects import TransportDelay
+from jaxmotor.recording import Recording, Segment
+
+Scalar = Float[Array, ""]
+STILL = 10
+"""Ticks without a count that mean rest."""
+
+
+class _Place(NamedTuple):
+    counter: Counter
+    row: Int[Array, ""]
+
+
+class _Script(AbstractController):
+    """Voltages or loops, row by row."""
+
+    bridge: Bridge
+    gain: Float[Array, " n"]
+    """[V s/rad], 0 where the row is no loop."""
+    integral_gain: Float[Array, " n"]
+    """[V/rad]"""
+    loop: Float[Array, " n"]
+    """1 in a closed loop, else 0."""
+    first: Float[Array, " n"]
+    """1 where an experiment begins."""
+
+    def begin(self) -> _Place:
+        return _Place(self.bridge.begin(), jnp.zeros((), jnp.int32))
+
+    def volts(self, memory: _Place, reference: Scalar, turned: Scalar, duration: Scalar) -> tuple[Scalar, _Place]:
+        row = memory.row
+        now, counts = self.bridge.latch(memory.counter, turned)
+        integral = jnp.where(self.first[row] > 0, 0.0, now.integral)
+        error = reference - counts * self.bridge.count_rad / duration
+        wanted = jnp.where(self.loop[row] > 0, self.gain[row] * error + integral, reference)
+        winds_up = (jnp.abs(wanted) > self.bridge.limit_V) & (wanted * error > 0)
+        integral = integral + jnp.where(winds_up, 0.0, self.integral_gain[row] * duration * error)
+        place = now._replace(integral=jnp.clip(integral, -self.bridge.limit_V, self.bridge.limit_V))
+        return self.bridge.rounded(wanted), _Place(place, row + 1)
+
+
+class _Part(NamedTuple):
+    """Rows of one segment."""
+
+    kind: str
+    experiment: int
+    begin: int
+    end: int
+
+
+def simulate_plan(model: Model, plan: Plan, hardware: Hardware, *, seed: int = 0) -> Recording:
+    """The recording of `model` under `plan` on `hardware`; `seed` draws where within a count the encoder begins.
+
+    **Raises:** `JaxmotorError` where the plan's period is not the hardware's, or its voltages exceed the supply.
+    """
+    if abs(plan.period_s - hardware.period_s) > 1e-9:
+        raise JaxmotorError(f"{plan.name}: its period of {plan.period_ms} ms is not the rig's {hardware.period_s:g} s")
+    parts, asked, loops = _script(plan, hardware)
+    begin = np.random.default_rng(seed).uniform()
+    turn, volts = _simulated(model, hardware, asked, loops, begin)
+    exact = begin + np.concatenate([[0.0], turn.cumsum()[:-1]]) / hardware.count_rad
+    count = np.floor(exact).astype(np.int64)
+    duty = np.rint(volts / hardware.step_V).astype(np.int64)
+    return Recording(
+        tuple(_segment(plan, hardware, part, duty, count) for part in parts),
+        plan.name,
+        period_s=hardware.period_s,
+        counts_per_rev=hardware.counts_per_rev,
+        duty_full_scale=float(hardware.full_scale),
+        supply_V=hardware.supply_V,
+        drive="coast" if plan.drive == "coast" else "brake",
+        header={**plan.header, "rig": "simulated", "plan": plan.name, "duty_delay_s": hardware.delay_s},
+    )
+
+
+def _script(plan: Plan, hardware: Hardware) -> tuple[list[_Part], np.ndarray, np.ndarray]:
+    """Parts, (n,) voltages or references, and (4, n) of gain, integral gain, loop, first."""
+    parts: list[_Part] = []
+    asked: list[np.ndarray] = []
+    loops: list[np.ndarray] = []
+    row = 0
+    for index, experiment in enumerate(plan.experiments):
+        volts = experiment_volts(plan, index, hardware.supply_V)
+        table = np.zeros((4, len(volts)))
+        if experiment.kind == "closed_loop":
+            p = experiment.parameters
+            volts = np.full(len(volts), float(p["reference_rad_s"]))
+            table[:3] = np.array([[p["gain"]], [p["integral_gain"]], [1.0]])
+        for kind, values, about in (
+            ("rest", np.zeros(experiment.rest_ticks), np.zeros((4, experiment.rest_ticks))),
+            (experiment.kind, volts, table),
+        ):
+            if len(values):
+                about[3, 0] = 1.0
+                parts.append(_Part(kind, index if kind == experiment.kind else -1, row, row + len(values)))
+                asked.append(values)
+                loops.append(about)
+                row += len(values)
+    return parts, np.concatenate(asked), np.concatenate(loops, axis=1)
+
+
+@in_float64
+def _simulated(
+    model: Model, hardware: Hardware, asked: np.ndarray, loops: np.ndarray, begin: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) angle turned from each row to the next, as the encoder sees it [rad], and (n,) voltage set [V]."""
+    size = -(-len(asked) // 1024) * 1024  # whole blocks, so that few shapes are compiled
+    loops, asked = (np.concatenate([x, np.zeros((*x.shape[:-1], size - x.shape[-1]))], axis=-1) for x in (loops, asked))
+    motor = to_jax(model.whole)
+    if hardware.delay_s:
+        late = TransportDelay.of(delay_s=hardware.delay_s)
+        motor = Motor(motor.linear, (*motor.effects, late), motor.viscous_share)
+    bridge = eqx.tree_at(lambda tree: tree.begin_counts, to_jax(bridge_of(hardware)), jnp.asarray(begin))
+    script = _Script(bridge, *(jnp.asarray(row) for row in loops))
+    steps = jnp.asarray(steps_for(hardware.period_s, float(model.motor.pole)), jnp.int32)
+    period, supply = jnp.asarray(hardware.period_s), jnp.asarray(hardware.supply_V)
+    turn, volts = _run(motor, script, jnp.asarray(asked), period, supply, steps)
+    return np.asarray(turn), np.asarray(volts)
+
+
+@eqx.filter_jit
+def _run(
+    motor: Motor, script: _Script, asked: Float[Array, " n"], period: Scalar, supply: Scalar, steps: Int[Array, ""]
+) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    zeros = jnp.zeros_like(asked)
+    time = jnp.arange(asked.shape[0], dtype=asked.dtype) * period
+    rows = Rows(asked, zeros.astype(bool).at[0].set(True), zeros, time)
+    run = simulate_motor(motor, rows, period, supply, steps, controller=script)
+    return run.seen_turn, run.volts
+
+
+def _segment(plan: Plan, hardware: Hardware, part: _Part, duty: np.ndarray, count: np.ndarray) -> Segment:
+    rows = slice(part.begin, part.end)
+    tick = np.arange(part.end - part.begin)
+    before = count[max(0, part.begin - STILL) : part.begin + 1]
+    return Segment(
+        part.kind,
+        round(part.begin * hardware.period_s, 6),
+        bool(part.begin == 0 or (len(before) > STILL and (before == before[0]).all())),
+        {} if part.experiment < 0 else dict(plan.experiments[part.experiment].parameters),
+        tick * hardware.period_s,
+        duty[rows] * hardware.step_V,
+        tick=tick,
+        duty=duty[rows],
+        count=count[rows],
+    )

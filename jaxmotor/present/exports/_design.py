@@ -1,0 +1,58 @@
+"""Everything that an export of controllers needs, designed once."""
+
+import math
+from typing import NamedTuple
+
+from jaxmotor.control import (
+    Estimator,
+    Hardware,
+    PositionDesign,
+    SpeedDesign,
+    design_estimator,
+    design_position_loop,
+    design_speed_loop,
+    linear_of,
+)
+from jaxmotor.estimate import Model
+from jaxmotor.motor.effects import parameters
+
+
+class Design(NamedTuple):
+    """Loops and estimator for one model on one rig."""
+
+    hardware: Hardware
+    speed: SpeedDesign
+    position: PositionDesign
+    estimator: Estimator
+    linear_step: float
+    """K (1 - exp(-a T)), what a volt adds to the speed in a tick [rad/s/V]."""
+    effects: tuple[str, ...]
+    """Each effect in one line."""
+
+
+def design(
+    model: Model,
+    hardware: Hardware,
+    *,
+    kind: str = "PI",
+    bandwidth_Hz: float | None = None,
+    position_bandwidth_Hz: float | None = None,
+    overshoot_percent: float = 5.0,
+) -> Design:
+    """Speed loop, position loop and estimator for `model` on `hardware`.
+
+    **Raises:** `JaxmotorError` where what is asked for is not possible.
+    """
+    motor = model.whole
+    linear = linear_of(motor)
+    return Design(
+        hardware,
+        design_speed_loop(motor, hardware, kind=kind, bandwidth_Hz=bandwidth_Hz, overshoot_percent=overshoot_percent),
+        design_position_loop(motor, hardware, bandwidth_Hz=position_bandwidth_Hz, overshoot_percent=overshoot_percent),
+        design_estimator(motor, hardware),
+        float(linear.gain) * -math.expm1(-float(linear.pole) * hardware.period_s),
+        tuple(
+            " ".join([effect.name, *(f"{name} = {float(getattr(effect, name)):.6g}" for name in parameters(effect))])
+            for effect in motor.effects
+        ),
+    )
