@@ -1,17 +1,19 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-BENCHMARKS := startup efficiency real_data delay
+BENCHMARKS := startup efficiency real_data delay blind exported_loop estimator \
+  fleet_sines fleet_simulation fleet_scaling fleet_kills
 
 TOOLCHAIN := gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev
 
-.PHONY: demo test lint types bench firmware flash toolchain clean help
+.PHONY: demo test lint types bench docs firmware flash toolchain clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo    install into $(VENV) and identify the bundled recording; says where the figures are"
 	@echo "make test    install what the tests need; lint, types, all tests"
 	@echo "make bench   the benchmarks, each with its table (minutes)"
+	@echo "make docs    the documentation as a site, in build/docs"
 	@echo "make firmware             the board's program and the emulated bench (needs $(TOOLCHAIN))"
 	@echo "make flash PORT=/dev/...  put the program on an Arduino Nano"
 	@echo "make clean   remove $(VENV) and build products"
@@ -43,6 +45,10 @@ lint: $(VENV)/.installed-dev
 
 types: $(VENV)/.installed-dev
 	PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
+
+docs: $(VENV)/.installed-dev
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict -f docs/mkdocs/mkdocs.yml
+	@echo "open build/docs/index.html"
 
 bench: $(VENV)/.installed-dev toolchain firmware
 	@set -e; for name in $(BENCHMARKS); do echo "== benchmarks/$$name.py"; $(BIN)/python benchmarks/$$name.py; done

@@ -11,9 +11,13 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor.cli._demo import demo_command
 from jaxmotor.cli._diagnose import diagnose_command
 from jaxmotor.cli._encoder import encoder_command
+from jaxmotor.cli._export import export_command
+from jaxmotor.cli._fleet import fleet_command
 from jaxmotor.cli._identify import identify_command
 from jaxmotor.cli._import import import_command
 from jaxmotor.cli._record import record_command
+from jaxmotor.cli._report import report_command
+from jaxmotor.cli._simulate import simulate_command
 from jaxmotor.cli._validate import validate_command
 
 DONE, BAD_INPUT, BAD_USAGE, DEFECT, INTERRUPTED = 0, 1, 2, 3, 130
@@ -36,6 +40,10 @@ def build() -> typer.Typer:
     app.command("identify")(identify_command)
     app.command("diagnose")(diagnose_command)
     app.command("validate")(validate_command)
+    app.command("report")(report_command)
+    app.command("fleet")(fleet_command)
+    app.command("simulate")(simulate_command)
+    app.command("export")(export_command)
     app.command("encoder")(encoder_command)
     return app
 

@@ -1,4 +1,4 @@
-"""What an identification and a validation leave in a folder: the model and the figures that fit them."""
+"""What an identification, a diagnosis and a validation leave in a folder: models, figures and plans."""
 
 import json
 import math
@@ -7,9 +7,11 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from jaxmotor._files import write_text
-from jaxmotor.diagnosis import Diagnosis
-from jaxmotor.estimate import Fit, to_json
+from jaxmotor.diagnosis import Diagnosis, extended_model
+from jaxmotor.estimate import Fit, model_to_json, to_json
+from jaxmotor.present._before_after import before_after
 from jaxmotor.present._bode import bode, bode_models
+from jaxmotor.present._causes import causes
 from jaxmotor.present._fit import residuals, simulation
 from jaxmotor.present._missing import missing
 from jaxmotor.present._open_and_closed import controller, step_trials
@@ -38,10 +40,17 @@ def write_validation(validation: Validation, recording: Recording, folder: Path)
 
 
 def write_diagnosis(diagnosis: Diagnosis, recording: Recording, folder: Path) -> list[Path]:
-    """Write the figures of `diagnosis` (`NAME-*.png`) into `folder`, and return their paths."""
+    """Write the figures of `diagnosis` (`NAME-*.png`), and where effects were named the extended model
+    (`NAME-extended.json`) and plans of what to record next (`NAME-next-1.toml`), and return their paths."""
     stem = Path(recording.name).stem
-    figures = {"missing": missing(diagnosis), "residuals": residuals(diagnosis.whole, recording)}
-    return _write({f"{stem}-{name}": figure for name, figure in figures.items()}, folder)
+    written = _write({f"{stem}-{name}": figure for name, figure in diagnosis_figures(diagnosis).items()}, folder)
+    if diagnosis.effects:
+        content = json.dumps(model_to_json(extended_model(diagnosis)), indent=2)
+        written.append(_text(folder / f"{stem}-extended.json", content + "\n"))
+    plans = [one.plan for one in diagnosis.experiments if one.plan is not None]
+    for number, plan in enumerate(plans, 1):
+        written.append(_text(folder / f"{stem}-next-{number}.toml", plan))
+    return written
 
 
 def fit_figures(fit: Fit, recording: Recording) -> dict[str, Figure]:
@@ -56,6 +65,14 @@ def fit_figures(fit: Fit, recording: Recording) -> dict[str, Figure]:
         figures["sine"] = sine_fit(recording, sine, pole_rad_s=pole)
         if recording.measured != "speed":
             figures["drift"] = position_drift(recording, sine, pole_rad_s=pole)
+    return figures
+
+
+def diagnosis_figures(diagnosis: Diagnosis) -> dict[str, Figure]:
+    """The figures that `diagnosis` has the data for, by name."""
+    figures = {"missing": missing(diagnosis)} if len(diagnosis.missing.volts) else {}
+    if diagnosis.effects:
+        figures |= {"causes": causes(diagnosis), "before-after": before_after(diagnosis)}
     return figures
 
 
@@ -81,6 +98,11 @@ def nearest_sine(fit: Fit, recording: Recording) -> int | None:
     if not frequencies:
         return None
     return min(frequencies, key=lambda index: abs(math.log(frequencies[index] / PAPER_SINE_HZ)))
+
+
+def _text(path: Path, text: str) -> Path:
+    write_text(path, text)
+    return path
 
 
 def _write(figures: dict[str, Figure], folder: Path) -> list[Path]:

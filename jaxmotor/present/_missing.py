@@ -1,35 +1,48 @@
-"""The voltage that the linear model lacks, against everything it may depend on."""
+"""The voltage that the model lacks, before and after its extension, against everything it may depend on."""
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxmotor.diagnosis import Diagnosis, MissingVolts
-from jaxmotor.present._style import BLACK, BLUE, GREY, Look, panels, styled
+from jaxmotor.diagnosis import Diagnosis, Look, MissingVolts
+from jaxmotor.present import _style
+from jaxmotor.present._style import BLACK, BLUE, VERMILLION, panels, styled
 
-POINTS = Look(color=GREY, linestyle="none", marker=".", markersize=2, markeredgewidth=0)
-MEANS = Look(color=BLACK, linestyle="-", marker="o", markersize=3.5, markerfacecolor="white")
+BEFORE = (
+    _style.Look(color="#BDBDBD", linestyle="none", marker=".", markersize=2, markeredgewidth=0),
+    _style.Look(color=BLACK, linestyle="-", marker="o", markersize=3.5, markerfacecolor="white"),
+)
+AFTER = (
+    _style.Look(color="#7FB8D9", linestyle="none", marker=".", markersize=2, markeredgewidth=0),
+    _style.Look(color=BLUE, linestyle="-", marker="s", markersize=2.6, linewidth=1.0),
+)
+"""How windows and means are drawn."""
 BINS = 24
+COORDINATES = {
+    "speed": "Speed (rad/s)",
+    "voltage": "Applied voltage (V)",
+    "angle": "Shaft angle (rad, one turn)",
+    "time": "Time in the recording (s)",
+}
 
 
 @styled
 def missing(diagnosis: Diagnosis) -> Figure:
-    """Missing volts against speed, voltage, shaft angle and time: a dot for each window, and means of 24 bins.
+    """Missing volts against speed, voltage, shaft angle and time: a dot for each window of 60 ms, and means of 24 bins.
 
-    The dashed lines are two standard deviations of what the encoder's rounding alone gives. A panel's title is the
-    part of the variance that its coordinate explains.
+    Grey and black is what the linear model lacks, blue what the extended one does. The dashed lines are two standard
+    deviations of what the encoder's rounding alone gives. A panel's title is the part of the variance that its
+    coordinate explains, before and after; of the linear model's variance in both cases.
     """
-    volts = diagnosis.missing
-    turns = np.mod(volts.angle_rad, 2 * np.pi)
-    views = [
-        ("speed", volts.speed_rad_s, "Speed (rad/s)"),
-        ("voltage", volts.input_V, "Applied voltage (V)"),
-        ("angle", turns, "Shaft angle (rad, one turn)"),
-        ("time", volts.time_s, "Time in the recording (s)"),
-    ]
     figure, axes = panels(2, 4.6, columns=2, share_x=False, share_y=True)
-    for ax, (coordinate, at, label) in zip(axes.flat, views, strict=True):
-        _view(ax, volts, at, label)
+    for ax, (coordinate, label) in zip(axes.flat, COORDINATES.items(), strict=True):
+        known = np.isfinite(_at(diagnosis.missing, coordinate)).all()
+        ax.set_xlabel(label if known else f"{label}: not known")
+        _rounding(ax, diagnosis.missing.noise_V)
+        extended = bool(diagnosis.effects)
+        _view(ax, diagnosis.missing, coordinate, BEFORE, "linear model")
+        if extended:
+            _view(ax, diagnosis.left, coordinate, AFTER, "extended model")
         ax.set_title(_title(diagnosis, coordinate), loc="left")
     for ax in axes[:, 0]:
         ax.set_ylabel("Missing voltage (mV)")
@@ -38,24 +51,46 @@ def missing(diagnosis: Diagnosis) -> Figure:
     return figure
 
 
-def _view(ax: Axes, volts: MissingVolts, at: np.ndarray, label: str) -> None:
-    known = np.isfinite(at)
-    ax.set_xlabel(label if known.all() else f"{label}: not known")
-    if np.isfinite(volts.noise_V):
+def _at(volts: MissingVolts, coordinate: str) -> np.ndarray:
+    return {
+        "speed": volts.speed_rad_s,
+        "voltage": volts.input_V,
+        "angle": np.mod(volts.angle_rad, 2 * np.pi),
+        "time": volts.time_s,
+    }[coordinate]
+
+
+def _rounding(ax: Axes, noise_V: float) -> None:
+    if np.isfinite(noise_V):
         for sign in (-2, 2):
-            name = "± 2 sd of the encoder's rounding" if sign > 0 else None
-            ax.axhline(sign * 1e3 * volts.noise_V, color=BLUE, linestyle=(0, (4, 2)), linewidth=0.9, label=name)
+            name = "rounding, ± 2 sd" if sign > 0 else None
+            line = (0, (4, 2))
+            ax.axhline(sign * 1e3 * noise_V, color=VERMILLION, linestyle=line, linewidth=0.9, label=name, zorder=3)
+
+
+def _view(ax: Axes, volts: MissingVolts, coordinate: str, looks: tuple[_style.Look, _style.Look], name: str) -> None:
+    at = _at(volts, coordinate)
+    known = np.isfinite(at)
     if not known.any():
         return
     at, missing_mV = at[known], 1e3 * volts.volts[known]
-    ax.plot(at, missing_mV, label="a window of 60 ms", **POINTS)
+    ax.plot(at, missing_mV, zorder=2, **looks[0])
     edges = np.unique(np.quantile(at, np.linspace(0, 1, BINS + 1)))
     inside = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, max(len(edges) - 2, 0))
-    used = np.unique(inside)
-    means = [(at[inside == k].mean(), missing_mV[inside == k].mean()) for k in used]
-    ax.plot(*np.array(means).T, label="mean", **MEANS)
+    means = [(at[inside == k].mean(), missing_mV[inside == k].mean()) for k in np.unique(inside)]
+    ax.plot(*np.array(means).T, label=name, zorder=4, **looks[1])
 
 
 def _title(diagnosis: Diagnosis, coordinate: str) -> str:
-    shares = [look.share for look in diagnosis.looks if look.coordinate == coordinate and look.beyond_chance]
-    return f"{100 * max(shares):.0f} % explained" if shares else "no more than chance"
+    before = _explained(diagnosis.looks, coordinate)
+    if not diagnosis.effects:
+        return f"{before:.0f} % explained" if before else "no more than chance"
+    ratio = (diagnosis.left.rms_V / max(diagnosis.missing.rms_V, 1e-300)) ** 2
+    after = ratio * _explained(diagnosis.left_looks, coordinate)
+    return f"explains {before:.0f} % before, {after:.0f} % after" if before else "no more than chance"
+
+
+def _explained(looks: tuple[Look, ...], coordinate: str) -> float:
+    """Percent; 0 where it is no more than chance."""
+    shares = [look.share for look in looks if look.coordinate == coordinate and look.beyond_chance]
+    return 100 * max(shares, default=0.0)

@@ -1,0 +1,36 @@
+"""`jaxmotor report`: all that is found out of a motor, or of a fleet, as one HTML page."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def report_command(
+    source: Annotated[
+        Path, typer.Argument(metavar="REC.csv|RESULTS.parquet", help="A recording, or the results of a fleet.")
+    ],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Write NAME.html here.")],
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws shuffles, parameters and encoder offsets.")] = 0,
+) -> None:
+    """Tell the story of a recording, or of a fleet's results, in one HTML page that needs nothing else."""
+    from jaxmotor.cli._folder import make_folder
+    from jaxmotor.cli._text import printable
+
+    if source.suffix == ".parquet":
+        from jaxmotor.present.report import write_fleet_page
+
+        make_folder(output)
+        typer.echo(printable(f"wrote {write_fleet_page(source, output)}"))
+        return
+    from jaxmotor.cli._runtime import use_compilation_cache
+    from jaxmotor.recording import read
+
+    recording = read(source)
+    make_folder(output)
+    use_compilation_cache()
+    from jaxmotor.present.report import story, write_report
+
+    found = story(recording, seed=seed)
+    path = write_report(found, source, output)
+    typer.echo(f"{found.diagnosis}\n{printable(f'wrote {path}')}")

@@ -1,0 +1,63 @@
+"""One segment that was not fitted, before and after the model was extended."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from jaxmotor.diagnosis import Diagnosis
+from jaxmotor.estimate import Trace, fit_percent
+from jaxmotor.present._fit import with_gaps
+from jaxmotor.present._style import EXACT, GREY, MEASURED, PAPER, legend_above, panels, styled
+
+MOST_ROWS = 500
+
+
+@styled
+def before_after(diagnosis: Diagnosis) -> Figure:
+    """Measured speed and both motors in free simulation, in the held-out segment that gained most; below, what each
+    leaves over. Shows at most 500 rows, those in which the gain is largest."""
+    before, after = best_gain(diagnosis)
+    rows = _shown(before, after)
+    time, gap = with_gaps(before.time_s[rows])
+    figure, axes = panels(2, 3.7, heights=(3, 2))
+    speed, left = axes[:, 0]
+    speed.plot(before.time_s[rows], before.measured_rad_s[rows], label="measured", **_dots())
+    for trace, look, name in ((before, _thin(PAPER), "linear"), (after, _thin(EXACT), "extended")):
+        label = f"{name}, fit {fit_percent((trace,)):.1f} %"
+        speed.plot(time, gap(trace.simulated_rad_s[rows]), label=label, **look)
+        left.plot(time, gap((trace.measured_rad_s - trace.simulated_rad_s)[rows]), **{**look, "linewidth": 0.8})
+    left.axhline(0, color=GREY, linewidth=0.6, zorder=0.5)
+    speed.set_ylabel("Speed (rad/s)")
+    left.set(xlabel="Time in the segment (s)", ylabel="Measured less\nsimulated (rad/s)")
+    for ax in (speed, left):
+        ax.margins(x=0.01)
+    legend_above(speed, columns=3)
+    return figure
+
+
+def best_gain(diagnosis: Diagnosis) -> tuple[Trace, Trace]:
+    """The traces, linear and extended, of the held-out segment whose mean squared error fell most."""
+    pairs = list(zip(diagnosis.held_out.traces_before, diagnosis.held_out.traces_after, strict=True))
+    gains = [float(np.mean(_gain(*pair))) for pair in pairs]
+    return pairs[int(np.argmax(gains))]
+
+
+def _gain(before: Trace, after: Trace) -> np.ndarray:
+    errors = [np.square(trace.measured_rad_s - trace.simulated_rad_s) for trace in (before, after)]
+    return errors[0] - errors[1]
+
+
+def _shown(before: Trace, after: Trace) -> slice:
+    size = len(before.time_s)
+    if size <= MOST_ROWS:
+        return slice(0, size)
+    total = np.concatenate([[0.0], np.cumsum(_gain(before, after))])
+    begin = int(np.argmax(total[MOST_ROWS:] - total[:-MOST_ROWS]))
+    return slice(begin, begin + MOST_ROWS)
+
+
+def _dots() -> dict:
+    return {**MEASURED, "markersize": 1.8, "markerfacecolor": "#A8A8A8", "color": "#A8A8A8"}
+
+
+def _thin(look: dict) -> dict:
+    return {**look, "linewidth": 1.0}

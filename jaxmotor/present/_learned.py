@@ -1,0 +1,52 @@
+"""What was learned beyond the named effects: the missing voltage as a curve over each coordinate."""
+
+import math
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor.diagnosis._learned_law import LearnedLaw
+from jaxmotor.present._style import BAND, BLACK, BLUE, Look, panels, plain, styled
+
+LABELS = {
+    "speed": "Speed (rad/s)",
+    "voltage": "Applied voltage (V)",
+    "angle": "Shaft angle (rad, one turn)",
+    "time": "Time in the recording (s)",
+}
+BEST = Look(color=BLUE, linestyle="-", linewidth=1.8)
+OTHER = Look(color=BLACK, linestyle="-", linewidth=0.9)
+
+
+@styled
+def learned(laws: tuple[LearnedLaw, ...]) -> Figure:
+    """The curves of `laws`, a panel each, with a band of two standard errors; the best law comes first and is marked.
+
+    A panel's title is the part of what the model leaves over that its curve explains on data it was not fitted to.
+
+    **Raises:** `JaxmotorError` where there are none.
+    """
+    if not laws:
+        raise JaxmotorError("No curve was learned: the recording is too short for it. Record a longer one.")
+    rows = math.ceil(len(laws) / 2)
+    figure, axes = panels(rows, 0.6 + 2.0 * rows, columns=min(len(laws), 2), share_x=False, share_y=True)
+    for ax, law in zip(axes.flat, laws, strict=False):
+        _curve(ax, law, best=law is laws[0] and law.share > 0)
+    for ax in axes.flat[len(laws) :]:
+        ax.set_axis_off()
+    for ax in axes[:, 0]:
+        ax.set_ylabel("Missing voltage (mV)")
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower left", ncols=2)
+    return figure
+
+
+def _curve(ax: Axes, law: LearnedLaw, best: bool) -> None:
+    volts, error = 1e3 * law.volts, 2e3 * law.standard_error
+    ax.fill_between(law.at, volts - error, volts + error, label="± 2 standard errors", **BAND)
+    ax.plot(law.at, volts, label="learned", **(BEST if best else OTHER))
+    ax.set_xlabel(LABELS[law.coordinate])
+    alike = f"\n{plain(law.resemblance)}" if best else ""
+    title = f"{'Best: ' if best else ''}{100 * law.share:.0f} % explained{alike}"
+    ax.set_title(title, loc="left", fontweight="bold" if best else "normal")

@@ -1,0 +1,136 @@
+"""Steps and closed loops that the linear motor was not fitted to: predicted beside measured."""
+
+import math
+
+import numpy as np
+
+from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
+from jaxmotor.present.report._page import figure
+from jaxmotor.present.report._plot import Mark, Panel, band, dots, legend, level, line, plot
+from jaxmotor.present.report._scale import Scale
+from jaxmotor.present.report._story import Story
+from jaxmotor.present.report._words import plainly
+from jaxmotor.recording import ranges
+from jaxmotor.validation import Band, ClosedLoop, Comparison, Interval, StepTrials
+
+MOST = 2
+"""Steps, and closed loops, that are drawn at once; the others are a click away."""
+MOST_ROWS = 600
+
+
+def checks_section(story: Story) -> Content:
+    """The paper's own checks, where the recording has the runs."""
+    validation = story.validation
+    if validation is None:
+        return paragraph(f"Not done: {story.not_validated}.")
+    text = (
+        "The linear motor, identified once more without the runs below, against these runs: steps in open loop, and "
+        "speed controllers simulated from the header's gains. Bands hold 95 of 100 runs of the prediction. Where "
+        "causes were named above, the linear motor is expected to miss here."
+    )
+    content: list[Content] = [paragraph(text)]
+    if validation.open_loop is not None:
+        score = validation.open_loop.pooled
+        fit = _percent(score.fit_percent, "open_loop.pooled.fit_percent")
+        chi2 = f", chi2 {score.chi2_per_sample:.3g} per sample."
+        content.append(paragraph("Open loop, all such runs together: fit ", fit, chi2))
+    drawn: list[Content] = [_steps(k, steps) for k, steps in enumerate(validation.steps)]
+    loops: list[Content] = [_loop(k, loop) for k, loop in enumerate(validation.closed_loop)]
+    for title, items in (("steps", drawn), ("closed loops", loops)):
+        content += items[:MOST]
+        if items[MOST:]:
+            content.append(details(f"More {title} ({len(items) - MOST})", items[MOST:]))
+    return content
+
+
+def _steps(place: int, steps: StepTrials) -> Html:
+    title = f"Step to {steps.amplitude_V:.3g} V"
+    trials = f"mean of {steps.trials} trials" if steps.trials > 1 else "one trial"
+    inside = _percent(steps.inside_percent, f"steps.{place}.inside_percent")
+    runs = f"Segment{'s' if steps.trials > 1 else ''} {ranges(steps.segments)}, {trials}"
+    which = f"{runs}: the model's speed is inside the measured band in "
+    panel = _panel(steps.time_s, steps.measured.mean, steps.measured, steps.predicted, "Speed (rad/s)")
+    alt = f"{title}: measured and predicted speed, {trials}"
+    rows = [
+        _compared("rise time (ms)", steps.rise_time_s, 1e3),
+        _compared("final speed (rad/s)", steps.final_speed_rad_s, 1.0),
+    ]
+    return element(
+        "div",
+        element("h3", title),
+        paragraph(which, inside, " of the rows."),
+        figure(plot([panel], alt=alt), "Measured with its 95 % band, and predicted.", _key()),
+        table(f"{title}: measured and predicted, with 95 % intervals", ("", "measured", "predicted", ""), rows),
+    )
+
+
+def _loop(place: int, loop: ClosedLoop) -> Html:
+    integral = f" + {loop.integral_gain_V_rad:.3g} V/rad" if loop.kind == "PI" else ""
+    title = f"Closed loop, {loop.kind} {loop.gain_V_s_rad:.3g} V s/rad{integral}, segment {loop.segment}"
+    speed = _panel(loop.time_s, loop.measured_speed_rad_s, None, loop.speed, "Speed (rad/s)")
+    reference = level(speed.x, loop.reference_rad_s, "ink dotted")
+    values = np.concatenate([mark.y.ravel() for mark in (*speed.marks, reference)])
+    speed = Panel(speed.x, Scale.of(values, "Speed (rad/s)"), [*speed.marks, reference])
+    volts = _panel(loop.time_s, loop.measured_volts_V, None, loop.volts, "Effort (V)", height=110.0)
+    inside = _percent(loop.speed_inside_percent, f"closed_loop.{place}.speed_inside_percent")
+    effort = _percent(loop.volts_inside_percent, f"closed_loop.{place}.volts_inside_percent")
+    which = f"Reference {loop.reference_rad_s:.4g} rad/s. Measured inside the predicted band: speed in "
+    caption = "Speed above (dotted: the reference), voltage below."
+    rows = [
+        _compared("rise time (ms)", loop.rise_time_s, 1e3),
+        _compared("overshoot (%)", loop.overshoot_percent, 1.0),
+        _compared("steady speed (rad/s)", loop.steady_speed_rad_s, 1.0),
+        _compared("steady error (rad/s)", loop.steady_error_rad_s, 1.0),
+        _compared("saturated (% of ticks)", loop.saturated_percent, 1.0),
+    ]
+    alt = f"{title}: measured and predicted speed and voltage, reference {loop.reference_rad_s:.4g} rad/s"
+    return element(
+        "div",
+        element("h3", title),
+        paragraph(which, inside, ", voltage in ", effort, " of the ticks."),
+        figure(plot([speed, volts], alt=alt, shared=True), caption, _key()),
+        table("Measured and predicted, with 95 % intervals", ("", "measured", "predicted", ""), rows),
+        [paragraph(note, class_="quiet") for note in loop.notes],
+    )
+
+
+def _panel(
+    time: np.ndarray, measured: np.ndarray, around: Band | None, predicted: Band, label: str, height: float = 170.0
+) -> Panel:
+    every = slice(None, None, 1 + len(time) // MOST_ROWS)
+    time, measured = time[every], measured[every]
+    marks: list[Mark] = [band(time, predicted.low[every], predicted.high[every])]
+    marks.append(line(time, predicted.mean[every], "blue curve", "predicted"))
+    if around is not None and np.isfinite(around.low).any():
+        ends = (line(time, end[every], "grey") for end in (around.low, around.high))
+        marks += ends
+    marks.append(dots(time, measured, "dot small ink", "measured"))
+    values = np.concatenate([mark.y.ravel() for mark in marks])
+    return Panel(Scale.of(time, "Time (s)", margin=0.01), Scale.of(values, label), marks, height)
+
+
+def _key() -> Html:
+    return legend(
+        [
+            ("dot ink", "measured"),
+            ("grey", "its 95 % band, where it has one"),
+            ("blue curve", "predicted"),
+            ("band", "95 % of the prediction"),
+        ]
+    )
+
+
+def _percent(value: float, key: str) -> Html:
+    return number(value, f"validation.{key}", f"{value:.1f} %")
+
+
+def _compared(name: str, comparison: Comparison, factor: float) -> tuple[str, str, str, str]:
+    mark = {True: "inside", False: "outside", None: ""}[comparison.inside]
+    return name, _interval(comparison.measured, factor), _interval(comparison.predicted, factor), mark
+
+
+def _interval(interval: Interval, factor: float) -> str:
+    value, low, high = (factor * one for one in interval)
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return plainly(value, 4)
+    return f"{value:.4g} [{low:.4g}, {high:.4g}]"

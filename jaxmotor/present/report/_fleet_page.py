@@ -1,0 +1,152 @@
+"""The page on a fleet: its motors in a table to sort, what they have in common, and who does not belong."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor._files import write_text
+from jaxmotor.fleet import Population, population, read_results
+from jaxmotor.fleet._extra import needs
+from jaxmotor.present.report._fleet_plot import population_plot
+from jaxmotor.present.report._html import Content, details, element, number, paragraph, table
+from jaxmotor.present.report._limits import versions
+from jaxmotor.present.report._page import Section, cards, page
+from jaxmotor.present.report._story import digest
+from jaxmotor.present.report._words import plainly, with_error
+
+MOST_MOTORS = 3_000
+"""In the table; who does not belong or failed is listed in any case."""
+MOST_LISTED = 500
+COLUMNS = {
+    "gain_rad_s_V": ("gain (rad/s/V)", 1.0, "gain_standard_error_rad_s_V"),
+    "pole_rad_s": ("pole (rad/s)", 1.0, "pole_standard_error_rad_s"),
+    "coulomb_friction_V": ("Coulomb friction (mV)", 1e3, "coulomb_friction_standard_error_V"),
+    "dead_zone_V": ("dead zone (mV)", 1e3, "dead_zone_standard_error_V"),
+    "chi2_per_sample": ("chi2 per sample", 1.0, ""),
+    "fit_percent": ("fit (%)", 1.0, ""),
+}
+FRICTION = ("coulomb_friction_V", "dead_zone_V")
+WORDS = {name: title.partition(" (")[0] for name, (title, _, _) in COLUMNS.items()}
+
+
+def fleet_page(results: Path) -> str:
+    """The page on the `results` of `jaxmotor fleet`.
+
+    **Raises:** `JaxmotorError` where the file holds none.
+    """
+    columns = read_results(results)
+    rows = needs("pyarrow.parquet").read_table(results).to_pylist()
+    failed = [row for row in rows if row["problem"] is not None]
+    good = [row for row in rows if row["problem"] is None]
+    found, why_not = _population(columns)
+    outliers = {outlier.motor for outlier in found.outliers} if found else set()
+    sections = [
+        Section("spread", "What the motors have in common", _spread(found, why_not)),
+        Section("outliers", "Motors that do not belong", _outliers(found)),
+        Section("failed", "Motors that could not be identified", _failed(failed)),
+        Section("motors", "All motors", _motors(good, outliers)),
+        Section("again", "How to get this again", _again(results)),
+    ]
+    entries: list[tuple[str, Content]] = [
+        ("motors", str(len(rows))),
+        ("do not belong", str(len(found.outliers)) if found else "not known"),
+        ("could not be identified", str(len(failed))),
+    ]
+    return page(f"Fleet: {results.name}", cards(entries), sections)
+
+
+def write_fleet_page(results: Path, folder: Path) -> Path:
+    """Write the page on `results` into `folder`, as `NAME.html`, and return its path."""
+    path = folder / f"{results.stem}.html"
+    write_text(path, fleet_page(results))
+    return path
+
+
+def _population(columns: dict[str, np.ndarray]) -> tuple[Population | None, str]:
+    """Of gain, pole, and friction where that was fitted; or why there is none."""
+    friction = np.isfinite(columns["coulomb_friction_V"].astype(float)).any()
+    names = ("gain_rad_s_V", "pole_rad_s", *(("coulomb_friction_V",) if friction else ()))
+    try:
+        return population(columns, names), ""
+    except JaxmotorError as error:
+        return None, str(error)
+
+
+def _spread(found: Population | None, why_not: str) -> Content:
+    if found is None:
+        return paragraph(f"Not known: {why_not}.")
+    rows = []
+    for k, name in enumerate(found.names):
+        mean, error, spread = found.mean[k], found.mean_error[k], found.spread[k]
+        if found.logarithmic[k]:
+            middle = float(np.exp(mean))
+            shown, wide = with_error(middle, middle * error, ""), f"{100 * spread:.3g} %"
+        else:
+            middle, shown, wide = float(mean), with_error(1e3 * mean, 1e3 * error, ""), f"{1e3 * spread:.3g}"
+        rows.append([COLUMNS[name][0], number(middle, f"population.{name}", shown), wide])
+    head = ("", "middle ± 95 %", "standard deviation between motors")
+    text = "The spread is that of the motors themselves: what the errors of their estimates add to it is taken out."
+    return [paragraph(text), table("Spread between motors", head, rows), population_plot(found)]
+
+
+def _outliers(found: Population | None) -> Content:
+    if found is None:
+        return None
+    if not found.outliers:
+        return paragraph(f"None: all lie within {found.threshold:.2f} standard deviations.")
+    rows: list[list[Content]] = [
+        [outlier.motor, plainly(outlier.distance), WORDS[outlier.because], f"{outlier.deviation:+.1f}"]
+        for outlier in found.outliers[:MOST_LISTED]
+    ]
+    head = ("motor", "distance (sd)", "because of its", "by (sd)")
+    text = (
+        f"Farther than {found.threshold:.2f} standard deviations from the rest, which one motor of a thousand would be."
+    )
+    return [paragraph(text), table("Motors that do not belong, the farthest first", head, rows), _more(found.outliers)]
+
+
+def _failed(failed: list[dict[str, Any]]) -> Content:
+    if not failed:
+        return paragraph("None.")
+    rows = [(row["motor"], row["problem"]) for row in failed[:MOST_LISTED]]
+    return [table("Why, motor by motor", ("motor", "what is wrong"), rows), _more(failed)]
+
+
+def _more(listed: Any) -> Content:
+    left = len(listed) - MOST_LISTED
+    return paragraph(f"and {left} more, which the file of results has") if left > 0 else None
+
+
+def _motors(good: list[dict[str, Any]], outliers: set[str]) -> Content:
+    names = [name for name in COLUMNS if name not in FRICTION or any(row[name] is not None for row in good)]
+    head = [
+        element("button", title, type="button") for title in ("motor", *(COLUMNS[name][0] for name in names), "belongs")
+    ]
+    rows = [_motor(row, names, outliers) for row in good[:MOST_MOTORS]]
+    left = len(good) - MOST_MOTORS
+    more = paragraph(f"and {left} more, which the file of results has") if left > 0 else None
+    caption = "Motors in the order of the data; a head of a column sorts by it. Intervals are ± 95 %."
+    notes = [(row["motor"], note) for row in good for note in row["notes"] or ()][:MOST_LISTED]
+    said = details("Notes on single motors", table("Notes", ("motor", "note"), notes)) if notes else None
+    return [table(caption, head, rows), more, said]
+
+
+def _motor(row: dict[str, Any], names: list[str], outliers: set[str]) -> list[Content]:
+    cells: list[Content] = [row["motor"]]
+    for name in names:
+        _, factor, error = COLUMNS[name]
+        value = float("nan") if row[name] is None else float(row[name])
+        if not np.isfinite(value):
+            cells.append(element("data", "", value=""))
+            continue
+        spread = row[error] if error else None
+        shown = plainly(value, 4) if spread is None else with_error(factor * value, factor * spread, "")
+        cells.append(number(value, name, shown))
+    return [*cells, "no" if row["motor"] in outliers else "yes"]
+
+
+def _again(results: Path) -> Content:
+    rows: list[tuple[str, Content]] = [("results", results.name), ("their SHA-256", element("code", digest(results)))]
+    return table("What this page was made of", ("what", "value"), rows + list(versions().items()))

@@ -1,0 +1,67 @@
+"""A fleet's motors in the plane, with the ellipses that hold half and nearly all of their kind."""
+
+import numpy as np
+
+from jaxmotor.fleet import Population
+from jaxmotor.present._population import LABELS
+from jaxmotor.present.report._html import Html
+from jaxmotor.present.report._page import figure
+from jaxmotor.present.report._plot import Mark, Panel, bars, dots, legend, line, plot
+from jaxmotor.present.report._scale import Scale
+
+HALF, NEARLY_ALL = 1.386, 13.816
+"""Squared distances of two normal numbers within which 50 % and 99.9 % of them lie."""
+MOST_DRAWN = 3_000
+MOST_BARS = 300
+
+
+def population_plot(population: Population) -> Html:
+    """Gain against each other parameter; motors that do not belong are drawn in any case."""
+    panels = [_pair(population, up) for up in range(1, len(population.names))]
+    outside = len(population.outliers)
+    alt = f"{len(population.motors)} motors, gain against the other parameters; {outside} do not belong."
+    key = legend(
+        [("dot blue", "motors, ± 95 %"), ("dot red", "do not belong"), ("grey", "50 % and 99.9 % of the kind")]
+    )
+    return figure(plot(panels, alt=alt), "Each dot is a motor.", key)
+
+
+def _pair(population: Population, up: int) -> Panel:
+    points, chosen = _shown(population, population.estimates), [0, up]
+    outside = population.distance > population.threshold
+    drawn = np.flatnonzero(outside | (np.arange(len(points)) % (1 + len(points) // MOST_DRAWN) == 0))
+    marks: list[Mark] = []
+    values = [points[drawn][:, chosen]]
+    for square in (HALF, NEARLY_ALL):
+        curve = _ellipse(population, up, square)
+        marks.append(line(curve[:, 0], curve[:, 1], "grey"))
+        values.append(curve)
+    if len(points) <= MOST_BARS:
+        error = 1.96 * np.sqrt(population.errors[:, up, up]) * (points[:, up] if population.logarithmic[up] else 1.0)
+        marks.append(bars(points[:, 0], points[:, up] - error, points[:, up] + error, "grey"))
+    for rows, look, name in (
+        (drawn[~outside[drawn]], "dot blue", "motor"),
+        (drawn[outside[drawn]], "dot red", "does not belong:"),
+    ):
+        labels = [f"{points[k, 0]:.4g}, {population.motors[k][:60]}" for k in rows]
+        marks.append(dots(points[rows, 0], points[rows, up], look, name, labels))
+    across, upward = np.concatenate(values).T
+    x, y = Scale.of(across, LABELS[population.names[0]]), Scale.of(upward, LABELS[population.names[up]])
+    return Panel(x, y, marks, 320.0, nearest="point")
+
+
+def _ellipse(population: Population, up: int, square: float) -> np.ndarray:
+    """(181, 2) points in the parameters' units."""
+    chosen = [0, up]
+    values, vectors = np.linalg.eigh(population.covariance[np.ix_(chosen, chosen)])
+    angle = np.linspace(0, 2 * np.pi, 181)
+    circle = np.stack([np.cos(angle), np.sin(angle)])
+    curve = np.tile(population.mean, (181, 1))
+    curve[:, chosen] += (vectors * np.sqrt(square * np.maximum(values, 0.0)) @ circle).T
+    return _shown(population, curve)[:, chosen]
+
+
+def _shown(population: Population, values: np.ndarray) -> np.ndarray:
+    """From logarithms to sizes."""
+    sizes = np.array(population.logarithmic)
+    return np.where(sizes, np.exp(np.where(sizes, values, 0.0)), values)

@@ -1,0 +1,223 @@
+"""The extended motor with its intervals, and what it is worth on runs that were not fitted."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from jaxmotor.diagnosis import Diagnosis, Worth
+from jaxmotor.estimate import Trace, fit_percent
+from jaxmotor.motor.effects import parameters
+from jaxmotor.present._before_after import best_gain
+from jaxmotor.present._fit import with_gaps
+from jaxmotor.present.report._html import Content, Html, details, number, paragraph, table
+from jaxmotor.present.report._page import figure
+from jaxmotor.present.report._plot import Panel, dots, legend, level, line, plot
+from jaxmotor.present.report._scale import Scale
+from jaxmotor.present.report._story import Story
+from jaxmotor.present.report._words import between, named, plainly, scaled
+from jaxmotor.recording import Recording, ranges
+
+MOST_ROWS = 500
+MOST_SEGMENTS = 200
+LINEAR = {
+    "gain_rad_s_V": ("gain", 1.0, "rad/s/V"),
+    "pole_rad_s": ("pole", 1.0, "rad/s"),
+    "electrical_time_constant_s": ("electrical time constant", 1e3, "ms"),
+    "viscous_share": ("viscous share", 1e2, "%"),
+}
+"""Names of the linear part's parameters, and factor and unit for people."""
+ATTRIBUTES = {
+    "gain_rad_s_V": "gain",
+    "pole_rad_s": "pole",
+    "electrical_time_constant_s": "electrical_time_constant",
+    "viscous_share": "viscous_share",
+}
+SMALLEST = {"electrical_time_constant_s": 1e-7, "viscous_share": 0.0}
+"""At which a part is not there."""
+
+
+class _Part(NamedTuple):
+    """One parameter of a linear motor, in its unit of `LINEAR`."""
+
+    value: float
+    error: float
+    key: str
+
+    def cells(self, name: str) -> list[Content]:
+        """Value and interval."""
+        _, factor, unit = LINEAR[self.key]
+        if not self.value and not math.isfinite(self.error):
+            return ["not fitted", ""]
+        value, error = factor * self.value, factor * self.error
+        return [number(self.value, f"{name}.{self.key}", f"{value:.5g} {unit}"), between(value, error, unit)]
+
+
+def model_section(story: Story) -> Content:
+    """The linear motor and the extended one, parameter by parameter."""
+    diagnosis = story.diagnosis
+    rows = []
+    for key, (name, _, _) in LINEAR.items():
+        alone, beside = _alone(diagnosis, key), _beside(diagnosis, key)
+        if max(alone.value, beside.value) <= SMALLEST.get(key, -1.0):
+            continue
+        rows.append([name, *alone.cells("fit"), *(beside.cells("model") if diagnosis.effects else [])])
+    head = ["", "linear motor", "95 % interval"]
+    if not diagnosis.effects:
+        return table("The linear motor, which is all that is known", head, rows)
+    rows += _effects(diagnosis)
+    text = (
+        "Fitted to the whole recording. Gain and pole of the linear motor alone make up for what it lacks, so they "
+        "depend on the experiment; those of the extended motor do so less."
+    )
+    return [paragraph(text), table("Both motors", [*head, "extended motor", "95 % interval"], rows)]
+
+
+def _alone(diagnosis: Diagnosis, key: str) -> _Part:
+    """Of the linear motor as it was identified."""
+    fit, name = diagnosis.fit, ATTRIBUTES[key]
+    if not hasattr(fit.motor, name):
+        return _Part(0.0, float("nan"), key)
+    return _Part(float(getattr(fit.motor, name)), float(getattr(fit.standard_error, name)), key)
+
+
+def _beside(diagnosis: Diagnosis, key: str) -> _Part:
+    """Of the extended motor's linear part."""
+    motor = diagnosis.motor
+    value = float(getattr(motor if key == "viscous_share" else motor.linear, ATTRIBUTES[key], 0.0))
+    return _Part(value, diagnosis.standard_error.get(key, float("nan")), key)
+
+
+def _effects(diagnosis: Diagnosis) -> list[list[Content]]:
+    rows: list[list[Content]] = []
+    for found in diagnosis.effects:
+        for name, about in parameters(found.effect).items():
+            value = found.parameters[name]
+            factor, unit = scaled(about, value)
+            interval = between(factor * value, factor * found.standard_error[name], unit)
+            title = f"{named(found.name)}, {named(name.rpartition('_')[0] or name)}"
+            rows.append([title, "none", "", f"{factor * value:.4g} {unit}".rstrip(), interval])
+    return rows
+
+
+def gain_section(story: Story) -> Content:
+    """Scores before and after, a run in which the gain shows most, and each held-out run."""
+    diagnosis = story.diagnosis
+    scored = _scored(diagnosis)
+    content: list[Content] = [paragraph(scored), _scores(diagnosis)]
+    if diagnosis.held_out.traces_before:
+        content.append(_traces(diagnosis, story.recording))
+        content.append(details("Each run that was not fitted", _runs(diagnosis, story.recording)))
+    return content
+
+
+def _scored(diagnosis: Diagnosis) -> str:
+    held_out, whole = set(diagnosis.held_out.segments), set(diagnosis.whole.segments)
+    if held_out >= whole:
+        return "There are too few runs to hold any out: these scores are of the data that were fitted."
+    if held_out < whole:
+        return (
+            f"Both motors were fitted anew without segments {ranges(diagnosis.held_out.segments)}, and simulated there."
+        )
+    return "Both motors were fitted anew without a third of the recording, and simulated there."
+
+
+class _Line(NamedTuple):
+    name: str
+    key: str
+    before: float
+    after: float
+    about: tuple[str, str]
+
+
+def _scores(diagnosis: Diagnosis) -> Content:
+    caption = "Not fitted: free simulation under the voltage that was logged"
+    held_out = _score_table(caption, "held_out", diagnosis.held_out, diagnosis)
+    whole = _score_table("Fitted to everything, and scored on everything", "whole", diagnosis.whole, diagnosis)
+    return [held_out, details("The same on the whole recording", whole)]
+
+
+def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> Html:
+    before, after = worth.before, worth.after
+    chi2 = (_bracket(worth.before_interval), _bracket(worth.after_interval))
+    floor = "1 = the encoder's rounding" if diagnosis.fit.floor_known else "1 = the noise, estimated"
+    lines = [
+        _Line("fit (%)", "fit_percent", before.fit_percent, after.fit_percent, ("", "")),
+        _Line(f"chi2 per sample ({floor})", "chi2", before.chi2_per_sample, after.chi2_per_sample, chi2),
+        _Line("drift chi2 per sample", "drift_chi2", worth.drift_before, worth.drift_after, ("", "")),
+        _Line("RMSE (rad/s)", "rmse_rad_s", before.rmse_rad_s, after.rmse_rad_s, ("", "")),
+        _Line("RMSE (counts)", "rmse_counts", before.rmse_counts, after.rmse_counts, ("", "")),
+    ]
+    extended = bool(diagnosis.effects)
+    rows = []
+    for one in lines:
+        row: list[Content] = [
+            one.name,
+            [number(one.before, f"{key}.{one.key}_before", _figures(one.before)), one.about[0]],
+        ]
+        if extended:
+            row.append([number(one.after, f"{key}.{one.key}_after", _figures(one.after)), one.about[1]])
+        rows.append(row)
+    return table(caption, ["", "linear", *(["extended"] if extended else [])], rows)
+
+
+def _figures(value: float) -> str:
+    return plainly(value, 4)
+
+
+def _bracket(interval: tuple[float, float, float]) -> str:
+    return f" [{interval[1]:.3g}, {interval[2]:.3g}]"
+
+
+def _traces(diagnosis: Diagnosis, recording: Recording) -> Html:
+    before, after = best_gain(diagnosis)
+    rows = _window(before, after)
+    time, gap = with_gaps(before.time_s[rows])
+    measured = before.measured_rad_s[rows]
+    pairs = [("linear", before, "red curve"), ("extended", after, "blue curve")][: 2 if diagnosis.effects else 1]
+    speed = [dots(before.time_s[rows], measured, "dot small ink", "measured")]
+    left = []
+    for name, trace, look in pairs:
+        simulated = gap(trace.simulated_rad_s[rows])
+        speed.append(line(time, simulated, look, name))
+        left.append(line(time, gap(measured) - simulated, look, f"{name} leaves"))
+    across = Scale.of(before.time_s[rows], "Time in the segment (s)", margin=0.01)
+    speeds = Scale.of(np.concatenate([mark.y for mark in speed]), "Speed (rad/s)")
+    errors = Scale.of(np.concatenate([mark.y for mark in left]), "Left (rad/s)")
+    panels = [Panel(across, speeds, speed), Panel(across, errors, [level(across, 0.0), *left], height=110.0)]
+    kind = _kind(diagnosis, recording, before)
+    scores = " and ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace, _ in pairs)
+    alt = f"Measured and simulated speed in {kind} that was not fitted, and what is left over; fit {scores}."
+    key = legend([("dot ink", "measured"), *((look, name) for name, _, look in pairs)])
+    caption = f"The run that gained most, {kind}: fit {scores}. Below, measured less simulated."
+    if not diagnosis.effects:
+        caption = f"A run that was not fitted, {kind}: fit {scores}. Below, measured less simulated."
+    return figure(plot(panels, alt=alt, shared=True), caption, key)
+
+
+def _window(before: Trace, after: Trace) -> slice:
+    """At most `MOST_ROWS` rows, those in which the gain is largest."""
+    if len(before.time_s) <= MOST_ROWS:
+        return slice(0, len(before.time_s))
+    errors = [np.square(trace.measured_rad_s - trace.simulated_rad_s) for trace in (before, after)]
+    total = np.concatenate([[0.0], np.cumsum(errors[0] - errors[1])])
+    begin = int(np.argmax(total[MOST_ROWS:] - total[:-MOST_ROWS]))
+    return slice(begin, begin + MOST_ROWS)
+
+
+def _kind(diagnosis: Diagnosis, recording: Recording, trace: Trace) -> str:
+    """Segments of a recording that was cut have numbers that say nothing to people."""
+    if not set(diagnosis.held_out.segments) <= set(diagnosis.whole.segments):
+        return "a part of the recording"
+    return f"a {named(recording.segments[trace.segment].kind)} (segment {trace.segment})"
+
+
+def _runs(diagnosis: Diagnosis, recording: Recording) -> Content:
+    rows = []
+    pairs = zip(diagnosis.held_out.traces_before, diagnosis.held_out.traces_after, strict=True)
+    for before, after in list(pairs)[:MOST_SEGMENTS]:
+        kind = _kind(diagnosis, recording, before)
+        cells = [f"{fit_percent((trace,)):.2f}" for trace in (before, after)]
+        rows.append((kind, *cells[: 2 if diagnosis.effects else 1]))
+    head = ("run", "linear, fit (%)", *(["extended, fit (%)"] if diagnosis.effects else []))
+    return table("Free simulation of each run", head, rows)

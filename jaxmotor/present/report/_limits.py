@@ -1,0 +1,75 @@
+"""What the data cannot tell, what to record next, and how to get the same numbers again."""
+
+import importlib.metadata
+import json
+import platform
+import shlex
+
+from jaxmotor.diagnosis import Diagnosis, to_json
+from jaxmotor.present.report._html import Content, bullets, details, element, paragraph, table
+from jaxmotor.present.report._story import Story
+from jaxmotor.present.report._words import capital, named
+
+PACKAGES = ("jaxmotor", "jax", "jaxlib", "equinox", "optimistix", "numpy")
+MOST_EXPERIMENTS = 3
+
+
+def limits_section(story: Story) -> Content:
+    """What is not identifiable, the notes of the fit and the diagnosis, and what to record next."""
+    diagnosis, recording = story.diagnosis, story.recording
+    current = any(segment.current_A is not None for segment in recording.segments)
+    limits = [] if current else [
+        "From voltage and shaft alone, gain and pole are known, but not resistance, torque constant and inertia one by "
+        "one: motors in which these differ together move alike. Torques are given as the voltage that overcomes them."
+    ]  # fmt: skip
+    for found in diagnosis.effects:
+        limits += [
+            f"{named(found.name)}: {name} is not determined by this recording; its error is more than half of it"
+            for name in found.unknown
+        ]
+        same = [named(rival.name) for rival in found.rivals if rival.inseparable]
+        if same:
+            limits.append(
+                f"{named(found.name)} may as well be {' or '.join(same)}: this recording cannot tell them apart"
+            )
+    if not diagnosis.fit.floor_known:
+        limits.append("The noise is not known beforehand, as it is of counts, but was estimated from the data.")
+    notes = [*diagnosis.notes, *(story.validation.notes if story.validation else ())]
+    return [bullets(capital(f"{text.rstrip('.')}.") for text in limits + notes), _next(diagnosis)]
+
+
+def _next(diagnosis: Diagnosis) -> Content:
+    told = [one for one in diagnosis.experiments if one.plan is not None][:MOST_EXPERIMENTS]
+    if not told:
+        return None
+    plans = [details(f"The plan: {one.text}", element("pre", one.plan)) for one in told]
+    return [element("h3", "What to record next"), bullets(f"{one.text}." for one in told), plans]
+
+
+def again_section(story: Story, digest: str) -> Content:
+    """Commands, versions, seed, the recording's digest, and all numbers as JSON."""
+    name = shlex.quote(story.recording.name)
+    commands = [
+        f"jaxmotor report {name} -o . --seed {story.seed}",
+        f"jaxmotor diagnose {name} --seed {story.seed} --json",
+    ]
+    rows = [("recording", story.recording.name), ("its SHA-256", element("code", digest)), ("seed", str(story.seed))]
+    rows += [(package, version) for package, version in versions().items()]
+    return [
+        paragraph("The same recording, versions and seed give the same numbers."),
+        element("pre", "\n".join(commands), tabindex="0"),
+        table("What this page was made of", ("what", "value"), rows),
+        _all(story),
+    ]
+
+
+def versions() -> dict[str, str]:
+    """Of the packages that numbers depend on, and of Python and the machine's kind."""
+    found = {package: importlib.metadata.version(package) for package in PACKAGES}
+    return found | {"Python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}
+
+
+def _all(story: Story) -> Content:
+    numbers = json.dumps(to_json(story.diagnosis), indent=1, ensure_ascii=False)
+    block = element("pre", numbers, tabindex="0", id="diagnosis")
+    return details("All numbers of the diagnosis, as JSON", block, printed=False)

@@ -1,0 +1,119 @@
+"""The motor and its recording: what is known of the rig, what was done, and how it turned."""
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from jaxmotor.present.report._html import Content, Html, details, element, table
+from jaxmotor.present.report._page import figure
+from jaxmotor.present.report._plot import Panel, band, legend, line, plot
+from jaxmotor.present.report._scale import Scale
+from jaxmotor.present.report._story import Story
+from jaxmotor.present.report._words import named, plainly
+from jaxmotor.recording import Recording, Segment, lost_ticks, ranges
+
+BINS = 700
+"""Of a whole recording: what a screen shows."""
+MOST_SEGMENTS = 400
+"""Rows of the table of segments."""
+FREE_TEXT = ("motor", "rig", "firmware", "created", "notes")
+LONGEST = 2_000
+"""Characters of free text that are shown."""
+
+
+def motor_section(story: Story) -> Content:
+    """Free text of the header, the rig, the experiments, and a picture of all of it."""
+    recording = story.recording
+    return [
+        table("What the recording says of itself", ("what", "value"), _facts(recording)),
+        _overview(recording),
+        details("All segments", _segments(recording), printed=False),
+    ]
+
+
+def _facts(recording: Recording) -> list[tuple[str, str]]:
+    free = [(key, _cut(recording.header[key])) for key in FREE_TEXT if recording.header.get(key)]
+    rows = sum(map(len, recording.segments))
+    lost = sum(lost_ticks(segment) for segment in recording.segments)
+    last = recording.segments[-1]
+    kinds = Counter(segment.kind for segment in recording.segments)
+    facts = [
+        ("experiments", ", ".join(f"{number} {named(kind)}" for kind, number in kinds.items())),
+        ("rows", f"{rows}, {lost} ticks lost, over {last.start_s + last.time_s[-1]:.4g} s"),
+        ("measured", _measured(recording)),
+    ]
+    if recording.period_s is not None:
+        facts.append(("period", f"{1e3 * recording.period_s:g} ms"))
+    if recording.supply_V is not None:
+        facts.append(("supply", f"{recording.supply_V:g} V"))
+    if recording.drive is not None:
+        facts.append(("drive between pulses", recording.drive))
+    others = [(key, _cut(value)) for key, value in recording.header.items() if key not in FREE_TEXT]
+    return free + facts + others
+
+
+def _measured(recording: Recording) -> str:
+    if recording.measured == "count" and recording.counts_per_rev:
+        return f"encoder counts, {recording.counts_per_rev:g} per turn of the output shaft"
+    return {"count": "encoder counts", "angle": "angle of the shaft"}.get(recording.measured, "speed of the shaft")
+
+
+def _cut(value: Any) -> str:
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= LONGEST else text[:LONGEST] + "…"
+
+
+def _overview(recording: Recording) -> Html:
+    edges = np.linspace(0.0, _end(recording), BINS + 1)
+    parts = [(segment.start_s + segment.time_s[:-1], segment.volts[:-1], _speed(recording, segment))
+             for segment in recording.segments if len(segment) > 1]  # fmt: skip
+    time, volts, speed = (np.concatenate(column) for column in zip(*parts, strict=True)) if parts else np.zeros((3, 0))
+    at = (edges[1:] + edges[:-1]) / 2
+    scale = Scale.of(edges, "Time in the recording (s)", margin=0.0)
+    panels = []
+    for values, label, name in ((volts, "Voltage (V)", "applied"), (speed, "Speed (rad/s)", "measured")):
+        low, high, mean = _envelope(time, values, edges)
+        marks = [band(at, low, high), line(at, mean, "blue", f"{name}, mean of {edges[1]:.2g} s")]
+        panels.append(Panel(scale, Scale.of(np.concatenate([low, high]), label), marks, height=110.0))
+    alt = f"Voltage and speed over the {_end(recording):.4g} seconds of the recording, {len(recording.segments)} runs"
+    key = legend([("blue", "mean"), ("band", "from the lowest to the highest")])
+    return figure(plot(panels, alt=alt, shared=True), "The whole recording, as far as a screen can show it.", key)
+
+
+def _end(recording: Recording) -> float:
+    return max(float(segment.start_s + segment.time_s[-1]) for segment in recording.segments) or 1.0
+
+
+def _speed(recording: Recording, segment: Segment) -> np.ndarray:
+    """Mean speed from each row to the next [rad/s]."""
+    if segment.speed_rad_s is not None:
+        return segment.speed_rad_s[1:]
+    turn = 2 * np.pi / recording.counts_per_rev if recording.counts_per_rev else 1.0
+    angle = segment.angle_rad if segment.angle_rad is not None else turn * np.asarray(segment.count, dtype=float)
+    return np.diff(angle) / np.diff(segment.time_s)
+
+
+def _envelope(time: np.ndarray, values: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Least, largest and mean of `values` in each bin; NaN where there are none."""
+    bins = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(edges) - 2)
+    size = len(edges) - 1
+    low, high, mean = np.full(size, np.inf), np.full(size, -np.inf), np.full(size, np.nan)
+    np.minimum.at(low, bins, values)
+    np.maximum.at(high, bins, values)
+    number = np.bincount(bins, minlength=size)
+    some = number > 0
+    mean[some] = np.bincount(bins, values, size)[some] / number[some]
+    return np.where(some, low, np.nan), np.where(some, high, np.nan), mean
+
+
+def _segments(recording: Recording) -> Content:
+    rows = []
+    for index, segment in enumerate(recording.segments[:MOST_SEGMENTS]):
+        about = ", ".join(f"{key} = {_cut(value)}" for key, value in segment.parameters.items())
+        length = plainly(float(segment.time_s[-1]), 4)
+        rows.append((str(index), named(segment.kind), plainly(segment.start_s, 5), length, str(len(segment)), about))
+    head = ("segment", "kind", "begins (s)", "length (s)", "rows", "as the header has it")
+    left = recording.segments[MOST_SEGMENTS:]
+    more = element("p", f"and segments {ranges(range(MOST_SEGMENTS, len(recording.segments)))}") if left else None
+    return [table("The experiments", head, rows), more]

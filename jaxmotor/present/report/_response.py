@@ -1,0 +1,189 @@
+"""The measured frequency response with its bands, the models beside it, and what each leaves over."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from jaxmotor._precision import in_float64
+from jaxmotor.estimate import FrequencyResponse, Trace
+from jaxmotor.present._bode import Band, in_order, model_response, response_band
+from jaxmotor.present._zoh import decibel, degrees
+from jaxmotor.present.report._html import Content, Html, details, number, paragraph, table
+from jaxmotor.present.report._page import figure
+from jaxmotor.present.report._plot import Mark, Panel, band, bars, dots, legend, level, line, plot
+from jaxmotor.present.report._scale import Scale
+from jaxmotor.present.report._story import Story
+from jaxmotor.present.report._words import plainly
+
+SAME_VOLTS = 0.1
+"""Part by which the amplitude that was measured at may differ from the header's."""
+MOST = 300
+"""Frequencies that are drawn and tabled."""
+SETTLED = 5.0
+"""Time constants after which a sine has settled."""
+
+
+class Responses(NamedTuple):
+    """Measured and modelled at the measured frequencies, the lowest first."""
+
+    measured: FrequencyResponse
+    frequency_Hz: np.ndarray
+    response: np.ndarray
+    linear: np.ndarray
+    """Of the identified motor, exact."""
+    extended: np.ndarray | None
+    """Of the extended motor under the very sines of the recording; NaN where that is not known."""
+    half: Band
+
+
+def response_section(story: Story) -> Content:
+    """Gain and phase against frequency; nothing without sines."""
+    found = story.diagnosis.fit.frequency_response
+    if found is None:
+        return paragraph(
+            "The recording has no sines of two frequencies or more, so there is no frequency response. "
+            "The motor was identified from its motion in time."
+        )
+    seen = responses(story, found)
+    return [
+        paragraph(
+            "Speed over voltage at each frequency, from the sines alone; the bands hold the truth 95 times of 100. The "
+            "linear model is exact for a voltage that is held from tick to tick. Its curve does not depend on how "
+            "large the voltage is; a motor with friction does."
+        ),
+        figure(_drawing(story, seen), _caption(seen), _key(seen)),
+        details("The numbers", _table(seen)),
+    ]
+
+
+@in_float64
+def responses(story: Story, found: FrequencyResponse) -> Responses:
+    """`found` with what the motors of the diagnosis say of it."""
+    measured = in_order(found)
+    frequency, response = np.asarray(measured.frequency_Hz), np.asarray(measured.response)
+    linear = model_response(measured, story.diagnosis.fit.motor, "exact", frequency)
+    extended = response * _ratios(story, measured) if story.diagnosis.effects else None
+    return Responses(measured, frequency, response, linear, extended, response_band(measured))
+
+
+def _ratios(story: Story, measured: FrequencyResponse) -> np.ndarray:
+    """Response of the extended motor over the measured one [1], from both speeds in the same rows of the same sine."""
+    frequencies, volts = np.asarray(measured.frequency_Hz), np.asarray(measured.amplitude_V)
+    ratios = np.full(len(frequencies), np.nan, complex)
+    for trace in story.diagnosis.whole.traces_after:
+        parameters = story.recording.segments[trace.segment].parameters
+        if story.recording.segments[trace.segment].kind != "sine" or "frequency_Hz" not in parameters:
+            continue
+        frequency, amplitude = float(parameters["frequency_Hz"]), float(parameters.get("amplitude_V", np.nan))
+        off = np.abs(volts - amplitude) / amplitude
+        same = (np.abs(frequencies / frequency - 1) < 1e-6) & (~(off > SAME_VOLTS))
+        if same.sum() == 1:
+            ratios[same] = _ratio(trace, frequency, float(story.diagnosis.motor.linear.pole))
+    return ratios
+
+
+def _ratio(trace: Trace, frequency_Hz: float, pole_rad_s: float) -> complex:
+    """Simulated over measured, at `frequency_Hz`, after the start has died away."""
+    rows = trace.time_s > SETTLED / pole_rad_s
+    if rows.sum() < 20 or np.ptp(trace.time_s[rows]) < 1 / frequency_Hz:
+        return complex(np.nan)
+    turn = 2 * np.pi * frequency_Hz * trace.time_s[rows]
+    basis = np.stack([np.cos(turn), np.sin(turn), np.ones_like(turn)], axis=1)
+    speeds = np.stack([trace.simulated_rad_s[rows], trace.measured_rad_s[rows]], axis=1)
+    parts, *_ = np.linalg.lstsq(basis, speeds, rcond=None)
+    simulated, measured = parts[0] - 1j * parts[1]
+    return complex(simulated / measured) if abs(measured) > 0 else complex(np.nan)
+
+
+@in_float64
+def _drawing(story: Story, seen: Responses) -> Html:
+    frequency = seen.frequency_Hz[:MOST]
+    nyquist_Hz = 0.5 / float(seen.measured.period_s)
+    fine = np.geomspace(frequency[0] / 1.12, min(frequency[-1] * 1.12, 0.99 * nyquist_Hz), 240)
+    model = model_response(seen.measured, story.diagnosis.fit.motor, "exact", fine)
+    across = Scale.of(fine, "Frequency (Hz)", log=True, margin=0.0)
+    panels = []
+    halves = ((decibel, seen.half.gain_dB), (degrees, seen.half.phase_deg))
+    for label, (of, half) in zip(("Gain (dB re 1 rad/s/V)", "Phase (°)"), halves, strict=True):
+        value = of(seen.response)
+        marks = [
+            bars(frequency, (value - half)[:MOST], (value + half)[:MOST], "grey"),
+            line(fine, of(model), "blue curve", "linear"),
+            dots(frequency, value[:MOST], "dot ink", "measured"),
+        ]
+        panels.append(Panel(across, _span(label, [of(model), value - half, value + half]), marks))
+    for label, (of, half) in zip(("Left (dB)", "Left (°)"), halves, strict=True):
+        panels.append(_left(across, label, of, half, seen))
+    alt = (
+        f"Bode plot of {len(frequency)} measured frequencies from {frequency[0]:.3g} to {frequency[-1]:.3g} Hz with "
+        "the linear model, and below what the models leave over. The table under it has the numbers."
+    )
+    return plot(panels, alt=alt, shared=True)
+
+
+def _left(
+    across: Scale, label: str, of: Callable[[np.ndarray], np.ndarray], half: np.ndarray, seen: Responses
+) -> Panel:
+    """Measured over modelled, within the measurement's band."""
+    frequency = seen.frequency_Hz[:MOST]
+    linear = of(seen.response / seen.linear)[:MOST]
+    half = half[:MOST]
+    at, same = np.unique(frequency, return_inverse=True)
+    widest = np.zeros(len(at))
+    np.maximum.at(widest, same, half)
+    marks: list[Mark] = [band(at, -widest, widest), dots(frequency, linear, "dot blue", "linear leaves")]
+    values = [linear, -half, half]
+    if seen.extended is not None:
+        extended = _extended_left(of, seen)[:MOST]
+        marks.append(dots(frequency, extended, "dot red", "extended leaves"))
+        values.append(extended)
+    scale = _span(label, values)
+    return Panel(across, scale, [marks[0], level(across, 0.0), *marks[1:]], height=80.0)
+
+
+def _extended_left(of: Callable[[np.ndarray], np.ndarray], seen: Responses) -> np.ndarray:
+    assert seen.extended is not None
+    known = np.isfinite(seen.extended)
+    left = np.full(len(known), np.nan)
+    left[known] = of(seen.response[known] / seen.extended[known])
+    return left
+
+
+def _span(label: str, values: list[np.ndarray]) -> Scale:
+    return Scale.of(np.concatenate(values), label, margin=0.08)
+
+
+def _key(seen: Responses) -> Html:
+    entries = [("dot ink", "measured, with its 95 % band"), ("blue curve", "linear model"),
+               ("dot blue", "linear leaves"), ("band", "95 % of the measurement alone")]  # fmt: skip
+    return legend(entries + ([("dot red", "extended leaves")] if seen.extended is not None else []))
+
+
+def _caption(seen: Responses) -> str:
+    text = "Above gain and phase, below measured over modelled: what stays within the band is noise."
+    if seen.extended is not None:
+        text += " The extended motor was simulated under the sines that were recorded, at their amplitudes."
+    return text
+
+
+def _table(seen: Responses) -> Content:
+    amplitude = np.asarray(seen.measured.amplitude_V)
+    gain, phase = np.abs(seen.response), degrees(seen.response)
+    relative = seen.half.gain_dB * np.log(10) / 20
+    rows = []
+    for k in range(min(len(gain), MOST)):
+        rows.append(
+            (
+                number(
+                    float(seen.frequency_Hz[k]), f"frequency_response.frequency_Hz.{k}", f"{seen.frequency_Hz[k]:.5g}"
+                ),
+                plainly(float(amplitude[k])),
+                f"{gain[k]:.5g} ± {gain[k] * relative[k]:.2g}",
+                f"{phase[k]:.2f} ± {seen.half.phase_deg[k]:.2f}",
+                f"{abs(seen.linear[k]):.5g}",
+                f"{degrees(np.array([seen.linear[k]]))[0]:.2f}",
+            )
+        )
+    head = ("Hz", "amplitude (V)", "gain (rad/s/V)", "phase (°)", "linear gain", "linear phase")
+    return table("Measured response, ± 95 %, and the linear model's", head, rows)

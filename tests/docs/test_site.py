@@ -1,0 +1,91 @@
+"""The documentation as a site."""
+
+import importlib
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+
+import pytest
+from pages import DOCS, ROOT
+
+import jaxmotor
+
+CONFIGURATION = DOCS / "mkdocs" / "mkdocs.yml"
+PACKAGES = ("mkdocs", "material", "mkdocstrings")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The folder of the built site."""
+    missing = [name for name in PACKAGES if importlib.util.find_spec(name) is None]
+    if missing:
+        pytest.skip(f"the site cannot be built without {', '.join(missing)}; pip install -e '.[docs]'")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", CONFIGURATION, "-d", folder]
+    quiet = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    built = subprocess.run(command, capture_output=True, text=True, check=False, env=quiet)
+    assert built.returncode == 0 and "WARNING" not in built.stderr, built.stdout + built.stderr
+    return folder
+
+
+class Fetched(HTMLParser):
+    """What a browser would fetch to show the page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.addresses: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        if tag == "link" and given.get("rel") in ("stylesheet", "icon", "preload", "preconnect", "modulepreload"):
+            self.addresses.append(given.get("href") or "")
+        elif tag in ("script", "img", "iframe", "source", "video", "audio", "object", "embed"):
+            self.addresses.append(given.get("src") or given.get("data") or "")
+
+
+def test_pages_fetch_nothing_from_elsewhere(site):
+    pages = list(site.rglob("*.html"))
+    assert len(pages) > 50
+    for page in pages:
+        fetched = Fetched()
+        fetched.feed(page.read_text(encoding="utf-8"))
+        assert fetched.addresses
+        for address in filter(None, fetched.addresses):
+            assert not re.match(r"[a-z]+:|//", address) or address.startswith("data:"), (page.name, address)
+
+
+def test_styles_fetch_nothing_from_elsewhere(site):
+    for style in site.rglob("*.css"):
+        addresses = re.findall(r"url\(['\"]?([^)'\"]+)", style.read_text(encoding="utf-8"))
+        assert not [address for address in addresses if re.match(r"https?:|//", address)], style
+
+
+def test_the_public_names_are_documented(site):
+    """`import jaxmotor` offers nothing that the pages about Python leave out."""
+    text = "".join(page.read_text() for page in (DOCS / "api").glob("*.md"))
+    for name, home in jaxmotor._HOME.items():
+        assert f"::: jaxmotor.{home}.{name}\n" in text, name
+    built = (site / "api" / "estimate.html").read_text()
+    assert "hold_out" in built and "Of the gain" not in built
+    assert 'id="jaxmotor.estimate.Fit.motor"' in built
+
+
+def test_what_is_documented_exists():
+    for page in (DOCS / "api").glob("*.md"):
+        for path in re.findall(r"^::: (\S+)$", page.read_text(), re.MULTILINE):
+            module, _, name = path.rpartition(".")
+            assert hasattr(importlib.import_module(module), name), path
+
+
+def test_a_bar_in_a_table_is_a_bar(site):
+    assert "\\|" not in (site / "command-line.html").read_text()
+    assert "brake|coast" in (site / "command-line.html").read_text()
+
+
+def test_links_that_leave_the_documentation_are_text(site):
+    assert (ROOT / "benchmarks").exists()
+    leaving = re.compile(r'href="(?:\.\./)+(?:benchmarks|tests|firmware)/')
+    assert not [page for page in site.rglob("*.html") if leaving.search(page.read_text(encoding="utf-8"))]

@@ -1,0 +1,49 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from figures import bands, check, labels, line
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor.diagnosis._learned_law import LearnedLaw, Resemblance
+from jaxmotor.present import learned
+
+STEP = (Resemblance("step", 0.99, "like a step at 21.3 s"),)
+
+
+def law(coordinate, low, high, share, resembles=()):
+    at = np.linspace(low, high, 121)
+    return LearnedLaw(coordinate, at, 0.2 * np.sin(at), np.full(121, 0.01), share, share, None, resembles)
+
+
+LAWS = (
+    law("time", 0, 60, 0.96, STEP),
+    law("speed", -50, 50, 0.4),
+    law("voltage", -5, 5, 0.1),
+    law("angle", 0, 2 * np.pi, 0.0),
+)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+def test_each_law_has_its_panel_and_the_best_is_marked(number):
+    figure = learned(LAWS[:number])
+    check(figure)
+    shown = [ax for ax in figure.axes if ax.axison]
+    assert len(shown) == number and labels(figure)[0] == ("Time in the recording (s)", "Missing voltage (mV)")
+    assert shown[0].get_title(loc="left") == "Best: 96 % explained\nlike a step at 21.3 s"
+    for ax, one in zip(shown, LAWS, strict=False):
+        np.testing.assert_allclose(line(ax, "learned").get_ydata(), 1e3 * one.volts)
+        np.testing.assert_allclose(bands(ax)[0][:, 1] - bands(ax)[0][:, 0], 40.0)
+    if number > 1:
+        assert shown[1].get_title(loc="left") == "40 % explained"
+
+
+def test_nothing_explained_is_not_best():
+    figure = learned((dataclasses.replace(LAWS[3]),))
+    check(figure)
+    assert figure.axes[0].get_title(loc="left") == "0 % explained"
+
+
+def test_no_laws_are_said():
+    with pytest.raises(JaxmotorError, match="longer"):
+        learned(())

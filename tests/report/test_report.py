@@ -1,0 +1,211 @@
+"""One hostile recording through `jaxmotor report`, and the page that comes of it."""
+
+import dataclasses
+import hashlib
+import json
+import re
+
+import numpy as np
+import pytest
+from made import plan, sine
+from made import recording as made_recording
+from opened import Watched
+from pages import HOSTILE, Page, check_closed, check_readable, contrast, hovers
+
+from jaxmotor.cli import main
+from jaxmotor.diagnosis import MissingVolts, to_json
+from jaxmotor.estimate import to_json as fit_json
+from jaxmotor.present import report as reports
+from jaxmotor.present.report import report_page
+from jaxmotor.present.report._html import Html, element, escaped
+from jaxmotor.recording import read, write
+from jaxmotor.validation import to_json as validation_json
+
+RUNS = [*plan(), *(sine(f, amplitude=2.0) for f in (0.7037, 1.507, 3.011))]
+HEADER = {
+    "motor": HOSTILE,
+    "rig": '"><img src=x onerror=alert(2)>',
+    "notes": "</style></title></pre><svg/onload=alert(3)> ]]> <!-- \u202e &amp; 电机",
+    "odd <b>key</b>": "'; alert(4); '",
+}
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory):
+    """The story, the recording's path, and the text of the page."""
+    folder = tmp_path_factory.mktemp("report")
+    recording = dataclasses.replace(made_recording(3, friction=0.2, runs=RUNS), header=HEADER)
+    path = folder / "it's <i>.csv"
+    write(recording, path)
+    stories = []
+    plain = reports.story
+
+    def keep(*args, **kwargs):
+        stories.append(plain(*args, **kwargs))
+        return stories[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("JAXMOTOR_CACHE", "")
+        patch.setattr(reports, "story", keep)
+        assert main(["report", str(path), "-o", str(folder / "out")]) == 0
+    return stories[0], path, folder / "out" / "it's <i>.html"
+
+
+@pytest.fixture(scope="module")
+def page(told):
+    return Page(told[2].read_text(encoding="utf-8"))
+
+
+def test_is_one_small_file(told):
+    assert [path.name for path in told[2].parent.iterdir()] == [told[2].name]
+    assert told[2].stat().st_size < 3_000_000
+
+
+def test_is_closed_and_readable(page):
+    check_closed(page)
+    check_readable(page)
+
+
+def test_names_show_as_text(page):
+    words = "".join(page.words)
+    assert HOSTILE in page.words
+    for text in HEADER.values():
+        assert text.replace("\u202e", "\N{REPLACEMENT CHARACTER}") in words
+    assert "odd <b>key</b>" in words and "it's <i>.csv" in words
+    assert "<script>alert" not in page.text and "onerror=alert(2)>" not in page.text
+
+
+def test_numbers_are_those_of_the_json(told, page):
+    story = told[0]
+    known = to_json(story.diagnosis) | {
+        "fit": fit_json(story.diagnosis.fit)["model"],
+        "validation": validation_json(story.validation),
+        "frequency_response": fit_json(story.diagnosis.fit)["frequency_response"],
+    }
+    known["frequency_response"]["frequency_Hz"].sort()
+    linear = story.diagnosis.motor.linear
+    known["model"]["electrical_time_constant_s"] = float(getattr(linear, "electrical_time_constant", 0.0))
+    known["model"]["viscous_share"] = float(story.diagnosis.motor.viscous_share)
+    assert len(page.data) > 40
+    for key, found in page.data.items():
+        wanted = known
+        for step in key.split("."):
+            wanted = wanted[int(step)] if isinstance(wanted, list) else wanted[step]
+        assert {value for value, _ in found} == {"" if wanted is None else repr(wanted)}, key
+    assert json.loads(page.blocks["pre"][-1]) == to_json(story.diagnosis)
+    [(value, shown)] = page.data["model.gain_rad_s_V"]
+    assert float(shown.split()[0]) == pytest.approx(float(value), rel=1e-4) and shown.endswith(" rad/s/V")
+
+
+def test_says_what_was_hidden(told, page):
+    """0.2 V of friction, which the recording was made with."""
+    diagnosis = told[0].diagnosis
+    assert diagnosis.verdict != "complete" and diagnosis.effects[0].name == "coulomb_friction"
+    [(value, shown)] = page.data["effects.0.parameters.volts_V"]
+    assert float(value) == pytest.approx(0.2, abs=0.02) and shown == f"{1e3 * float(value):.4g} mV"
+    words = "".join(page.words)
+    assert diagnosis.effects[0].effect.advice in words and "Rivals of Coulomb friction" in words
+    assert hashlib.sha256(told[1].read_bytes()).hexdigest() in words
+
+
+def test_plots_show_the_data(told, page):
+    panels = hovers(page)
+    labels = [panel["y"] for panel in panels]
+    for label in ("Voltage (V)", "Gain (dB re 1 rad/s/V)", "Phase (°)", "Missing (mV)", "Speed (rad/s)"):
+        assert label in labels
+    response = told[0].diagnosis.fit.frequency_response
+    gain = panels[labels.index("Gain (dB re 1 rad/s/V)")]
+    measured = next(one for one in gain["series"] if one["name"] == "measured")
+    order = np.argsort(response.frequency_Hz)
+    wanted = 20 * np.log10(np.abs(np.asarray(response.response)[order]))
+    assert np.array(measured["value"], float) == pytest.approx(wanted, rel=1e-3)
+    left, top, width, height = gain["box"]
+    assert all(left <= x <= left + width for x in measured["x"])
+    assert all(top <= y <= top + height for y in measured["y"])
+    # Higher gains stand higher.
+    assert (np.argsort(measured["y"]) == np.argsort(-wanted)).all()
+
+
+def test_the_extended_motor_answers_sines_as_the_real_one_does(told, page):
+    panels = hovers(page)
+    left = next(panel for panel in panels if panel["y"] == "Left (dB)")
+    linear, extended = (np.array(one["value"], float) for one in left["series"])
+    assert np.abs(extended).max() < 0.3 * np.abs(linear).max()
+
+
+def test_same_story_same_page(told):
+    assert report_page(told[0], "0") == report_page(told[0], "0")
+
+
+def test_a_linear_motor_without_sines_or_steps(told):
+    story = told[0]
+    nothing = np.zeros(0)
+    empty = MissingVolts(*([nothing] * 6), noise_V=float("nan"))
+    fit = dataclasses.replace(story.diagnosis.fit, frequency_response=None, floor_known=False)
+    diagnosis = dataclasses.replace(
+        story.diagnosis, fit=fit, effects=(), verdict="complete", missing=empty, left=empty, looks=(), left_looks=()
+    )
+    page = Page(report_page(dataclasses.replace(story, diagnosis=diagnosis, validation=None, not_validated="no"), "0"))
+    check_closed(page)
+    check_readable(page)
+    words = "".join(page.words)
+    assert "Not done: no." in words and "no frequency response" in words and "No cause is needed" in words
+
+
+def test_unexplained_is_said(told):
+    diagnosis = dataclasses.replace(told[0].diagnosis, effects=(), verdict="unexplained")
+    page = Page(report_page(dataclasses.replace(told[0], diagnosis=diagnosis), "0"))
+    words = "".join(page.words)
+    assert "No cause is named: this says where to look, not why." in words
+    assert diagnosis.looks_like is not None and diagnosis.looks_like.text in words
+
+
+def test_colours_can_be_told_from_the_paper(page):
+    [style] = page.blocks["style"]
+    schemes = [dict(re.findall(r"--(\w+): (#\w{6})", block)) for block in re.findall(r":root \{(.*?)\}", style, re.S)]
+    assert len(schemes) == 3
+    for scheme in schemes:
+        for paper in ("paper", "card"):
+            for ink in ("ink", "quiet", "blue"):
+                assert contrast(scheme[ink], scheme[paper]) >= 4.5, (ink, paper)
+        for curve in ("red", "green", "purple", "grey"):
+            assert contrast(scheme[curve], scheme["paper"]) >= 3, curve
+
+
+def test_whatever_is_not_markup_is_text():
+    assert element("p", HOSTILE) == "<p>&lt;script&gt;alert(1)&lt;/script&gt;</p>"
+    assert element("p", ["a", Html("<b>"), None], title='"><b>') == '<p title="&quot;&gt;&lt;b&gt;">a<b></p>'
+    assert escaped("a\x00b\ud800\u202e") == "a�b��"
+
+
+@pytest.mark.parametrize("text", ["", "no recording at all", "# jaxmotor recording 1\nsegment,tick,volts,count\n0,0"])
+def test_bad_input_is_one_sentence_and_no_file(tmp_path, text, capsys):
+    (tmp_path / "m.csv").write_text(text)
+    assert main(["report", str(tmp_path / "m.csv"), "-o", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("jaxmotor: ") and said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_header_is_read_back(told):
+    assert read(told[1]).header["motor"] == HOSTILE
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_opens_in_a_browser_in_a_second_without_a_request(told, browser, scheme):
+    opened = Watched(browser, told[2], color_scheme=scheme)
+    assert opened.seconds < 1.0
+    assert opened.page.get_by_text(HOSTILE, exact=True).count() == 2
+    # The first panel of the second plot is the gain; near a measured frequency that is what is shown.
+    [gain] = [panel for panel in hovers(Page(told[2].read_text(encoding="utf-8"))) if panel["y"].startswith("Gain")]
+    measured = next(one for one in gain["series"] if one["name"] == "measured")
+    shown = opened.point_at(1, (measured["x"][3] + 3) / 720, 0.1)
+    assert f"Frequency (Hz): {measured['at'][3]}" in shown and f"measured {measured['value'][3]}" in shown
+    assert "linear " in shown
+    for width in (1000, 360):
+        opened.page.set_viewport_size({"width": width, "height": 900})
+        assert opened.page.evaluate("document.documentElement.scrollWidth") <= width
+    assert len(opened.page.pdf()) > 10_000
+    # Moved, looked at and printed: still nothing was asked for, and nothing was said.
+    assert opened.requests == [told[2].as_uri()] and opened.wrong == []
+    opened.context.close()
