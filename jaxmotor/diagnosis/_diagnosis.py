@@ -12,6 +12,8 @@ from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
 
+LEARNED = 0.5
+"""Share of the excess that a learned curve must explain to say what the rest looks like."""
 Verdict = Literal["complete", "extended", "unexplained"]
 
 
@@ -107,6 +109,10 @@ class Diagnosis:
         if self.verdict != "unexplained":
             return None
         looks = self.left_looks if self.effects else self.looks
+        best = self.learned[0] if self.learned else None
+        if best is not None and best.share > max([LEARNED, *(look.share for look in looks)]):
+            # The curve says it better than windows of the missing volts do.
+            return Look(best.coordinate, best.text, best.share, 0.0, best.at, best.volts, best.coordinate == "time")
         return looks[0] if looks else Look.none()
 
     @property

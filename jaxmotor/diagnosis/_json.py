@@ -4,6 +4,7 @@ import math
 from typing import Any
 
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Worth
+from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._missing import MissingVolts
 
@@ -26,6 +27,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "looks_like": None if look is None else {"coordinate": look.coordinate, "text": look.text},
         "missing_volts": {"before": _volts(diagnosis.missing), "after": _volts(diagnosis.left)},
         "looks": {"before": _looks(diagnosis.looks), "after": _looks(diagnosis.left_looks)},
+        "learned": [_learned(law) for law in diagnosis.learned],
         "experiments": [
             {"text": one.text, "separates": list(one.separates), "plan": one.plan} for one in diagnosis.experiments
         ],
@@ -74,6 +76,17 @@ def _looks(looks: tuple[Look, ...]) -> list[dict[str, Any]]:
     return [
         {"coordinate": look.coordinate, "text": look.text, "share": look.share, "chance": look.chance} for look in looks
     ]
+
+
+def _learned(law: LearnedLaw) -> dict[str, Any]:
+    return {
+        "coordinate": law.coordinate,
+        "text": law.text,
+        "share": law.share,
+        "at": law.at.tolist(),
+        "volts_V": law.volts.tolist(),
+        "standard_error_V": [_number(error) for error in law.standard_error.tolist()],
+    }
 
 
 def _number(value: float) -> float | None:

@@ -13,6 +13,7 @@ from jaxmotor.present._before_after import before_after
 from jaxmotor.present._bode import bode, bode_models
 from jaxmotor.present._causes import causes
 from jaxmotor.present._fit import residuals, simulation
+from jaxmotor.present._learned import learned
 from jaxmotor.present._missing import missing
 from jaxmotor.present._open_and_closed import controller, step_trials
 from jaxmotor.present._save import save
@@ -73,6 +74,8 @@ def diagnosis_figures(diagnosis: Diagnosis) -> dict[str, Figure]:
     figures = {"missing": missing(diagnosis)} if len(diagnosis.missing.volts) else {}
     if diagnosis.effects:
         figures |= {"causes": causes(diagnosis), "before-after": before_after(diagnosis)}
+    if diagnosis.learned:
+        figures["learned"] = learned(diagnosis.learned)
     return figures
 
 

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.diagnosis._learned_law import LearnedLaw
+from jaxmotor.diagnosis import LearnedLaw
 from jaxmotor.present._style import BAND, BLACK, BLUE, Look, panels, plain, styled
 
 LABELS = {

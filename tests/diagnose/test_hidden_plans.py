@@ -1,8 +1,5 @@
 """The blind recordings that the diagnosis is judged by: they hold what they say, and do not say what they hold."""
 
-import fcntl
-import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -45,16 +42,7 @@ RANGES = {
 }
 SIZE = {"shaft_compliance": "inertia_ratio", "late_load": "volts_V", "outside_torque": "volts_V"}
 
-
-@pytest.fixture(scope="module", autouse=True)
-def library() -> None:
-    if not all(map(shutil.which, ("make", "cc"))):
-        pytest.skip("the plant library needs a C compiler; apt install build-essential")
-    (FIRMWARE / "build").mkdir(exist_ok=True)
-    with open(FIRMWARE / "build" / ".lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        made = subprocess.run(["make", "-C", FIRMWARE, "plant"], check=False, capture_output=True, text=True)
-    assert made.returncode == 0, made.stderr
+pytestmark = pytest.mark.usefixtures("plant_library")
 
 
 def off_linear(drawn: Hidden) -> np.ndarray:

@@ -10,7 +10,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from diagnosed import of
-from made import PERIOD
 
 from jaxmotor.bench import load_plan
 from jaxmotor.cli import main

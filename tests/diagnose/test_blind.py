@@ -1,0 +1,48 @@
+"""Blind tests, a seeded part of `benchmarks/blind.py`: an effect missed or invented fails."""
+
+import blind
+import pytest
+
+pytestmark = pytest.mark.usefixtures("plant_library")
+SINGLE = (
+    "coast_drive",
+    "cogging",
+    "dead_zone",
+    "electrical_pole",
+    "encoder_eccentricity",
+    "input_threshold",
+    "missed_counts",
+    "shaft_compliance",
+    "stiction",
+    "supply_sag",
+    "transport_delay",
+    "winding_heating",
+)
+
+
+@pytest.mark.parametrize("seed", [100, 101, 102])
+def test_nothing_is_found_where_nothing_is_hidden(seed):
+    outcome = blind.test("none", seed)
+    assert outcome.right and not outcome.named, outcome
+    assert max(map(abs, outcome.linear_z)) < 4, outcome
+
+
+@pytest.mark.parametrize("kind", SINGLE)
+def test_one_effect_is_named_with_its_size(kind):
+    outcome = blind.test(kind, 100)
+    assert outcome.right and outcome.verdict == "extended", outcome
+    assert outcome.chi2_after < 1.1, outcome
+    assert all(error < 10 for error in outcome.errors_percent), outcome
+    assert all(abs(z) < 5 for z in outcome.z), outcome
+
+
+@pytest.mark.parametrize("seed", [100, 101])
+def test_two_effects_are_named_and_nothing_else(seed):
+    outcome = blind.test("pair", seed)
+    assert outcome.right and outcome.chi2_after < 1.15, outcome
+
+
+@pytest.mark.parametrize("kind", ["late_load", "outside_torque", "wandering_torque"])
+def test_what_no_effect_explains_gets_no_name(kind):
+    outcome = blind.test(kind, 100)
+    assert outcome.verdict == "unexplained" and not outcome.named, outcome
