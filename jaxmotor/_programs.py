@@ -22,6 +22,8 @@ from jaxmotor._files import replacing
 
 Arrays = dict[str, jax.Array]
 PACKAGE = Path(__file__).parent
+MOST = 96
+"""Programs of one function that a process keeps; more come from the disk again."""
 DIGEST = hashlib.sha256().digest_size
 # Calls of LAPACK that JAX does not promise to keep from one version to the next; the key names the version.
 UNPROMISED = [export.DisabledSafetyCheck.custom_call(f"lapack_{kind}ormqr_ffi") for kind in "sd"]
@@ -49,13 +51,18 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
                 return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
 
             known[about] = _called(path, flat, leaves)
+            if len(known) > MOST:
+                # The machine's memory for compiled code is not endless.
+                known.pop(next(iter(known))).clear_cache()
+        known[about] = known.pop(about)
         return known[about](leaves)
 
-    known: dict[Any, Callable[..., Arrays]] = {}
+    known: dict[Any, Any] = {}
+    """By use, the latest last."""
     return call
 
 
-def _called(path: Path, flat: Callable[[list[Any]], Arrays], leaves: list[Any]) -> Callable[..., Arrays]:
+def _called(path: Path, flat: Callable[[list[Any]], Arrays], leaves: list[Any]) -> Any:
     """The exported form in `path`, made first where there is none that is whole."""
     stored = _stored(path)
     if stored is None:
