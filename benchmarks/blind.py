@@ -61,7 +61,7 @@ def test(suite: str, seed: int) -> Outcome:
         suite,
         seed,
         tuple(hidden.truth),
-        _right(suite, hidden, found),
+        is_right(suite, hidden, found),
         found.verdict,
         tuple(effect.name for effect in found.effects),
         found.held_out.before.chi2_per_sample,
@@ -80,7 +80,7 @@ def _drawn(suite: str, seed: int) -> Hidden:
     return draw(() if suite == "none" else tuple(suite.split("+")), seed)
 
 
-def _right(suite: str, hidden: Hidden, found: Diagnosis) -> bool:
+def is_right(suite: str, hidden: Hidden, found: Diagnosis) -> bool:
     if suite in OUTSIDE:
         return found.verdict == "unexplained" and not found.effects and found.looks[0].coordinate == "time"
     if not hidden.truth:

@@ -3,6 +3,7 @@
 python benchmarks/startup.py [--runs 7]
 
 identify    the second run on a recording of 16 000 ticks       <= 2.5
+diagnose    the same, on one with friction                      <= 4
 help        jaxmotor --help                                     <= 0.25
 """
 
@@ -22,7 +23,7 @@ from jaxmotor.recording import write
 
 BASE = [sys.executable, "-c", "import jax, optimistix"]
 JAXMOTOR = [str(Path(sys.executable).parent / "jaxmotor")]
-LIMITS = {"identify": 2.5, "help": 0.25}
+LIMITS = {"identify": 2.5, "diagnose": 4.0, "help": 0.25}
 
 
 def seconds(command: list[str], environment: dict[str, str]) -> float:
@@ -41,12 +42,15 @@ def main() -> None:
         plan = [sine(f) for f in np.geomspace(0.5, 10, 16) * 1.0037] + [step(h, 320) for h in np.linspace(2, 5.1, 10)]
         made = recording(0, runs=plan)
         write(made, path)
+        rough = Path(folder) / "rough.csv"
+        write(recording(0, friction=0.3, runs=plan), rough)
         commands = {
             "base": BASE,
             "help": [*JAXMOTOR, "--help"],
             "identify": [*JAXMOTOR, "identify", str(path)],
+            "diagnose": [*JAXMOTOR, "diagnose", str(rough)],
         }
-        first = seconds(commands["identify"], environment)
+        first = {name: seconds(commands[name], environment) for name in ("identify", "diagnose")}
         # In turn, so that a machine that slows down slows all of them.
         table = [{name: seconds(command, environment) for name, command in commands.items()} for _ in range(runs)]
     print(f"{sum(map(len, made.segments))} ticks; medians of {runs} runs in turn")
@@ -55,7 +59,8 @@ def main() -> None:
     for name, limit in LIMITS.items():
         ratio = statistics.median(row[name] / row["base"] for row in table)
         print(f"{name:24s} {statistics.median(row[name] for row in table):6.2f} s  {ratio:6.2f}   limit {limit}")
-    print(f"identify, the first time {first:6.2f} s  {first / base:6.2f}")
+    for name, long in first.items():
+        print(f"{name}, the first time {long:6.2f} s  {long / base:6.2f}")
 
 
 if __name__ == "__main__":

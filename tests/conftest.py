@@ -1,3 +1,4 @@
+import gc
 from pathlib import Path
 
 import jax
@@ -14,6 +15,19 @@ jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)
 # The first example pays for a compilation; a deadline would measure that.
 settings.register_profile("jaxmotor", deadline=None, derandomize=True)
 settings.load_profile("jaxmotor")
+
+
+MAPS = Path("/proc/self/maps")
+MANY_MAPS = 25_000
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forget_programs():
+    """Compiled programs take memory maps, of which Linux gives a process 65530; those of past modules are let go."""
+    yield
+    if MAPS.exists() and len(MAPS.read_bytes().splitlines()) > MANY_MAPS:
+        jax.clear_caches()
+        gc.collect()
 
 
 @pytest.fixture

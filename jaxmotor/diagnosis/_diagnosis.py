@@ -110,6 +110,8 @@ class Diagnosis:
             return None
         looks = self.left_looks if self.effects else self.looks
         best = self.learned[0] if self.learned else None
+        if looks and looks[0].outside and looks[0].share > LEARNED:
+            return looks[0]
         if best is not None and best.share > max([LEARNED, *(look.share for look in looks)]):
             # The curve says it better than windows of the missing volts do.
             return Look(best.coordinate, best.text, best.share, 0.0, best.at, best.volts, best.coordinate == "time")

@@ -40,9 +40,11 @@ def linear_errors(fitted: Fitted, spread: np.ndarray) -> dict[str, float]:
     """Standard errors of gain [rad/s/V], pole [rad/s], L/R [s] and the viscous share [1]."""
     error = np.sqrt(np.diag(spread))
     motor = fitted.motor
+    # A load's share of the inertia that is not quite right makes the rotor's, and so the pole, wrong by about half.
+    rough = max((type(effect).roughness for effect in motor.effects), default=0.0)
     return {
         "gain_rad_s_V": abs(float(motor.linear.gain)) * float(error[0]),
-        "pole_rad_s": float(motor.linear.pole) * float(error[1]),
+        "pole_rad_s": float(motor.linear.pole) * math.hypot(float(error[1]), 0.5 * rough),
         "electrical_time_constant_s": float(error[2]),
         "viscous_share": float(error[3]),
     }
@@ -79,7 +81,8 @@ def _errors(effect: AbstractEffect, spread: np.ndarray, rig: Rig) -> dict[str, f
         elif about["kind"] == "fixed":
             # Known to lie between two of the voltages that were applied; a whole number is known.
             errors[name] = _gap(rig, value) / math.sqrt(12) if about["unit"] == "V" else 0.0
-    return {name: errors[name] for name in parameters(effect)}
+    rough = type(effect).roughness
+    return {name: math.hypot(errors[name], rough * abs(float(getattr(effect, name)))) for name in parameters(effect)}
 
 
 def _gap(rig: Rig, volts: float) -> float:

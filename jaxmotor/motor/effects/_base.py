@@ -60,6 +60,8 @@ class AbstractEffect(eqx.Module):
     """What to do about it, for people."""
     stage: ClassVar[int] = 0
     """Effects of one role act in this order, whatever their order in the motor."""
+    roughness: ClassVar[float] = 0.0
+    """Relative error of its parameters that its law's simplifications bring, as blind tests show it."""
     difference: ClassVar[float] = 1e-3
     """Over which fits difference its parameters: relative where they are positive, else of their scale."""
 

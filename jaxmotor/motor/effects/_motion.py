@@ -251,6 +251,8 @@ class Backlash(AbstractMotionEffect, AbstractLoadEffect):
     )
     # A small change moves contacts from one tick to another: only a wide difference sees that.
     difference: ClassVar[float] = 0.06
+    # Where in its gap the load hangs when an experiment begins is not known.
+    roughness: ClassVar[float] = 0.06
     longest_step_s: ClassVar[float] = 1.8e-3
     contact_frequency_Hz: ClassVar[float] = 90.0
     contact_damping_ratio: ClassVar[float] = 0.3
