@@ -10,7 +10,7 @@ import pytest
 from made import plan, sine
 from made import recording as made_recording
 from opened import Watched
-from pages import HOSTILE, Page, check_closed, check_readable, contrast, hovers
+from report_pages import HOSTILE, Page, check_closed, check_readable, contrast, hovers
 
 from jaxmotor.cli import main
 from jaxmotor.diagnosis import MissingVolts, to_json

@@ -2,7 +2,7 @@
 
 import pytest
 from opened import Watched
-from pages import HOSTILE
+from report_pages import HOSTILE
 from test_report_fleet import rows
 
 from jaxmotor.fleet._table import write_rows

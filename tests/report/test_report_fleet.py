@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pages import HOSTILE, Page, check_closed, check_readable, hovers
+from report_pages import HOSTILE, Page, check_closed, check_readable, hovers
 
 from jaxmotor.cli import main
 from jaxmotor.fleet import population, read_results
