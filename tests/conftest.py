@@ -21,9 +21,9 @@ MAPS = Path("/proc/self/maps")
 MANY_MAPS = 25_000
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(autouse=True)
 def forget_programs():
-    """Compiled programs take memory maps, of which Linux gives a process 65530; those of past modules are let go."""
+    """Compiled programs take memory maps, of which Linux gives a process 65530; past tests' are let go."""
     yield
     if MAPS.exists() and len(MAPS.read_bytes().splitlines()) > MANY_MAPS:
         jax.clear_caches()
