@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 BENCHMARKS := startup efficiency real_data delay blind limits diagnosis_speed exported_loop estimator \
-  fleet_sines fleet_simulation fleet_scaling fleet_kills
+  peers fleet_sines fleet_simulation fleet_scaling fleet_kills
 
 TOOLCHAIN := gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev
 
@@ -22,7 +22,7 @@ demo: $(VENV)/.installed
 	$(BIN)/jaxmotor demo
 
 test: lint types toolchain
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 # The firmware's tests run where its compiler and emulator can be installed; elsewhere they skip and say so.
 toolchain:

@@ -29,10 +29,13 @@ def fleet_command(
         int | None, typer.Option(min=1, metavar="N", help="Cores, or workers of a local cluster. [default: all cores]")
     ] = None,
     friction: Annotated[bool, typer.Option("--friction", help="Fit Coulomb friction and a dead zone, too.")] = False,
+    diagnose: Annotated[
+        bool, typer.Option("--diagnose", help="Name what each linear model gets wrong, too: seconds for each motor.")
+    ] = False,
     figure: Annotated[
         Path | None, typer.Option(metavar="FILE.png", help="Draw the motors, their spread, and who does not belong.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws encoder offsets.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws encoder offsets, and shuffles.")] = 0,
 ) -> None:
     """Identify every motor of a data set. A run that was stopped goes on where it was."""
     if figure is not None and figure.suffix not in (".png", ".svg"):
@@ -42,12 +45,13 @@ def fleet_command(
     use_compilation_cache()
     from jaxmotor.fleet import Options, identify_fleet
 
-    options = Options(friction, seed)
+    options = Options(friction, seed, diagnose)
     with _progress() as progress:
         summary = identify_fleet(dataset, output, options=options, cluster=cluster, workers=workers, progress=progress)
-    lines = [_text(summary), *_population(summary, friction, figure)]
+    verdicts, undiagnosed = _diagnoses(summary.output) if diagnose else ([], 0)
+    lines = [_text(summary), *verdicts, *_population(summary, friction, figure)]
     typer.echo("\n".join(lines))
-    if summary.problems:
+    if summary.problems or undiagnosed:
         raise typer.Exit(1)
 
 
@@ -95,6 +99,17 @@ def _text(summary: Summary) -> str:
     return "\n".join(lines)
 
 
+def _diagnoses(output: Path) -> tuple[list[str], int]:
+    """How many motors have which verdict and which effects, and how many could not be diagnosed."""
+    from jaxmotor.fleet import count_verdicts
+
+    counts = count_verdicts(output)
+    lines = [f"  {number} {verdict}: {effects}" for (verdict, effects), number in counts.verdicts]
+    if counts.failed:
+        lines.append(f"  {counts.failed} of them could not be diagnosed: column 'diagnosis_problem' says why")
+    return lines, counts.failed
+
+
 def _population(summary: Summary, friction: bool, figure: Path | None) -> list[str]:
     """What the motors have in common, where there are enough of them."""
     from jaxmotor._errors import JaxmotorError
@@ -111,7 +126,10 @@ def _population(summary: Summary, friction: bool, figure: Path | None) -> list[s
             middle, spread = math.exp(found.mean[k]), f"{100 * found.spread[k]:.3g} %"
         else:
             middle, spread = found.mean[k], f"{found.spread[k]:.3g}"
-        lines.append(f"    {name:<20s} {middle:.5g}, standard deviation {spread}")
+        told = f"standard deviation {spread}"
+        if name in found.without_spread:
+            told = "the same for all: no spread, correlation not defined"
+        lines.append(f"    {name:<20s} {middle:.5g}, {told}")
     lines += [
         f"  does not belong: {outlier.motor} ({outlier.because}, {outlier.deviation:+.1f} standard deviations)"
         for outlier in found.outliers[:MOST_OUTLIERS]

@@ -24,4 +24,6 @@ from jaxmotor.fleet._shared_plan import fit_projected as fit_projected
 from jaxmotor.fleet._shared_plan import fit_shared as fit_shared
 from jaxmotor.fleet._shared_plan import project as project
 from jaxmotor.fleet._shared_plan import shared_plan as shared_plan
+from jaxmotor.fleet._table import Verdicts as Verdicts
+from jaxmotor.fleet._table import count_verdicts as count_verdicts
 from jaxmotor.fleet._table import read_results as read_results

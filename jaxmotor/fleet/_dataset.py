@@ -11,6 +11,8 @@ from jaxmotor.fleet._parquet import Cut, cuts_of, read_cut
 from jaxmotor.recording import Recording, read
 
 FILES_PER_PART = 32
+DIAGNOSED_PER_PART = 4
+"""Where motors are diagnosed, which takes seconds each."""
 TEXT, PARQUET = ".csv", ".parquet"
 
 
@@ -43,8 +45,10 @@ class Dataset(NamedTuple):
     files: int
 
 
-def open_dataset(path: str | os.PathLike[str]) -> Dataset:
+def open_dataset(path: str | os.PathLike[str], files_per_part: int | None = None) -> Dataset:
     """The data set at `path`: a Parquet file, or a folder (with those below it) of .csv and .parquet files.
+
+    A part has `files_per_part` .csv files, `FILES_PER_PART` unless told, or some row groups of a .parquet file.
 
     **Raises:** `JaxmotorError` where there is nothing to read.
     """
@@ -52,8 +56,9 @@ def open_dataset(path: str | os.PathLike[str]) -> Dataset:
     files = _files(root)
     parts: list[Part] = []
     texts = [str(file) for file in files if file.suffix == TEXT]
-    for first in range(0, len(texts), FILES_PER_PART):
-        parts.append(Part(tuple(texts[first : first + FILES_PER_PART]), None))
+    size = files_per_part or FILES_PER_PART
+    for first in range(0, len(texts), size):
+        parts.append(Part(tuple(texts[first : first + size]), None))
     for file in files:
         if file.suffix == PARQUET:
             parts += [Part((), cut) for cut in cuts_of(str(file))]

@@ -3,7 +3,8 @@
 The spread between motors is freed of what their recordings' noise adds to it (`_random_effects`). Motors that do not
 belong are found from robust distances (`_robust`) and left out, so that they do not widen it.
 
-Parameters are taken in logarithms where they are sizes, so that a spread is a share.
+Parameters are taken in logarithms where they are sizes, so that a spread is a share. One that is the same for all
+motors has no spread and no correlation; distances are then those of the others.
 """
 
 from typing import NamedTuple
@@ -20,6 +21,10 @@ OUTSIDE = 0.999
 """Part of the motors of one kind that are to lie within the threshold."""
 ROUNDS = 10
 """Most rounds in which it is settled who belongs."""
+SAME = 1e-12
+"""Relative difference of estimates that is rounding."""
+LEAST_ERROR = 1e-6
+"""Of an estimate, in standard deviations of all: less is not told from none."""
 
 
 class Outlier(NamedTuple):
@@ -52,7 +57,7 @@ class Population(NamedTuple):
     covariance: np.ndarray
     """(p, p) between motors, without the estimates' own errors."""
     distance: np.ndarray
-    """(m,) robust distance, in standard deviations."""
+    """(m,) robust distance, in standard deviations of the parameters that differ between motors."""
     threshold: float
     """Beyond it a motor is not counted in."""
     outliers: tuple[Outlier, ...]
@@ -65,9 +70,14 @@ class Population(NamedTuple):
 
     @property
     def correlation(self) -> np.ndarray:
-        """(p, p) between motors; NaN where a parameter does not differ between them."""
+        """(p, p) between motors; NaN, in words not defined, for a parameter without spread."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return self.covariance / np.outer(self.spread, self.spread)
+
+    @property
+    def without_spread(self) -> tuple[str, ...]:
+        """Those of `names` that are the same for all motors."""
+        return tuple(name for name, spread in zip(self.names, self.spread, strict=True) if spread == 0)
 
     def steadied(self) -> tuple[np.ndarray, np.ndarray]:
         """Estimates drawn to the mean as far as their own errors ask for it, (m, p), and their covariances (m, p, p).
@@ -75,7 +85,7 @@ class Population(NamedTuple):
         The empirical Bayes estimate E[θ_i | y_i] for motors that belong; others stay as they are.
         """
         outside = self.distance > self.threshold
-        weight = self.covariance @ np.linalg.inv(self.covariance + self.errors)
+        weight = self.covariance @ np.linalg.pinv(self.covariance + self.errors, hermitian=True)
         weight[outside] = np.eye(len(self.names))
         drawn = self.mean + np.einsum("mij,mj->mi", weight, self.estimates - self.mean)
         return drawn, np.einsum("mij,mjk->mik", weight, self.errors)
@@ -126,26 +136,69 @@ def population_of(
     errors: np.ndarray,
 ) -> Population:  # fmt: skip
     """The population of `estimates` (m, p) with covariances `errors` (m, p, p)."""
-    threshold = float(np.sqrt(chi_square_quantile(OUTSIDE, len(names))))
+    size = len(names)
+    mean, mean_error = _alike(estimates, errors)
+    covariance, distance, threshold = np.zeros((size, size)), np.zeros(len(estimates)), 0.0
+    outliers: tuple[Outlier, ...] = ()
+    differ = np.flatnonzero(_differs(estimates))
+    if len(differ):
+        own, own_names = np.ix_(differ, differ), tuple(names[k] for k in differ)
+        threshold = float(np.sqrt(chi_square_quantile(OUTSIDE, len(differ))))
+        y, s = estimates[:, differ], _told_from_none(estimates[:, differ], errors[:, *own])
+        mean[differ], mean_covariance, covariance[own], distance = _settled(y, s, threshold)
+        mean_error[differ] = np.sqrt(np.diag(mean_covariance))
+        away, spread = y - mean[differ], covariance[own] + s
+        outliers = tuple(
+            _outlier(motors[k], float(distance[k]), own_names, away[k], spread[k])
+            for k in sorted(np.flatnonzero(distance > threshold), key=lambda k: -distance[k])
+        )
+    return Population(
+        names, logarithmic, motors, estimates, errors, mean, mean_error, covariance, distance, threshold, outliers
+    )
+
+
+def _alike(estimates: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (p,) and its standard error of motors that are all the same, parameter by parameter."""
+    variance = np.einsum("mii->mi", errors)
+    with np.errstate(divide="ignore"):
+        error = 1 / np.sqrt((1 / variance).sum(0))
+    return np.median(estimates, axis=0), error
+
+
+def _told_from_none(estimates: np.ndarray, errors: np.ndarray) -> np.ndarray:
+    """`errors` with the least that is told from none beside."""
+    return errors + np.diag((LEAST_ERROR * estimates.std(0)) ** 2)
+
+
+def _settled(
+    estimates: np.ndarray, errors: np.ndarray, threshold: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Mean, its covariance, the covariance between motors, and distances, with those outside left out."""
     centre, shape = robust(estimates)
     inside = _distance(estimates - centre, np.broadcast_to(shape, errors.shape)) <= threshold
     # That is right where all are known equally well. A badly known motor may lie farther away and still belong.
-    mean, mean_covariance, covariance = random_effects(estimates[inside], errors[inside])
-    distance = _distance(estimates - mean, covariance + errors)
+    found = _of_those(inside, estimates, errors)
     for _ in range(ROUNDS):
-        if ((distance <= threshold) == inside).all():
+        after = found[-1] <= threshold
+        if (after == inside).all():
             break
-        inside = distance <= threshold
-        mean, mean_covariance, covariance = random_effects(estimates[inside], errors[inside])
-        distance = _distance(estimates - mean, covariance + errors)
-    outliers = tuple(
-        _outlier(motors[k], float(distance[k]), names, estimates[k] - mean, covariance + errors[k])
-        for k in sorted(np.flatnonzero(distance > threshold), key=lambda k: -distance[k])
-    )
-    return Population(
-        names, logarithmic, motors, estimates, errors, mean, np.sqrt(np.diag(mean_covariance)), covariance, distance,
-        threshold, outliers,
-    )  # fmt: skip
+        inside, found = after, _of_those(after, estimates, errors)
+    return found
+
+
+def _of_those(
+    inside: np.ndarray, estimates: np.ndarray, errors: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """What the motors `inside` (m,) have in common, and the distance of all from it."""
+    mean, mean_covariance, covariance = random_effects(estimates[inside], errors[inside])
+    same = ~_differs(estimates[inside])
+    covariance[same], covariance[:, same] = 0.0, 0.0
+    return mean, mean_covariance, covariance, _distance(estimates - mean, covariance + errors)
+
+
+def _differs(estimates: np.ndarray) -> np.ndarray:
+    """(p,) whether a parameter differs between the motors by more than rounding."""
+    return np.ptp(estimates, axis=0) > SAME * np.abs(estimates).max(0)
 
 
 def _distance(away: np.ndarray, covariance: np.ndarray) -> np.ndarray:

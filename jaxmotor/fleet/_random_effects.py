@@ -17,7 +17,7 @@ def random_effects(estimates: np.ndarray, errors: np.ndarray) -> tuple[np.ndarra
     With V_i = (T + S_i)⁻¹ and C = (Σ V_i)⁻¹, the EM step of the restricted likelihood is
     T <- mean of T - T V_i T + T V_i (r_i r_iᵀ + C) V_i T with r_i = y_i - μ; it stays positive semidefinite.
     """
-    scale = np.maximum(estimates.std(0), 1e-300)
+    scale = np.sqrt(estimates.var(0) + np.einsum("mii->i", errors) / len(errors))
     y, s = estimates / scale, errors / np.outer(scale, scale)
     between = np.cov(y.T).reshape(y.shape[1], -1)
     mean, spread = y.mean(0), between

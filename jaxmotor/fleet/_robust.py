@@ -9,6 +9,8 @@ import numpy as np
 
 STARTS, STEPS = 50, 30
 """Random subsets to start from, and the most concentration steps from each."""
+LEAST = 1e-12
+"""Variance, of what is usual, that points which are all the same are given."""
 
 
 def robust(points: np.ndarray, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -20,15 +22,17 @@ def robust(points: np.ndarray, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     number, size = points.shape
     half = (number + size + 1) // 2
     rng = np.random.default_rng(seed)
-    scale = np.maximum(np.median(np.abs(points - np.median(points, axis=0)), axis=0), 1e-300)
-    units = (points - np.median(points, axis=0)) / scale
+    away = points - np.median(points, axis=0)
+    scale = np.median(np.abs(away), axis=0)
+    scale = np.where(scale > 0, scale, away.std(0))  # more than half of them may be equal
+    units = away / np.where(scale > 0, scale, 1.0)
     chosen = min(
         (_concentrated(units, rng.choice(number, size + 1, replace=False), half) for _ in range(STARTS)),
         key=lambda subset: float(np.linalg.slogdet(_covariance(units[subset]))[1]),
     )
     centre, covariance = units[chosen].mean(0), _covariance(units[chosen])
-    square = _squares(units, centre, covariance)
-    covariance = covariance * np.median(square) / chi_square_quantile(0.5, size)
+    middle = np.median(_squares(units, centre, covariance))
+    covariance = covariance * (middle if middle > 0 else 1.0) / chi_square_quantile(0.5, size)
     limit = chi_square_quantile(0.975, size)
     kept = units[_squares(units, centre, covariance) <= limit]
     covariance = _covariance(kept) * 0.975 / chi_square_cdf(limit, size + 2)
@@ -48,7 +52,7 @@ def _concentrated(points: np.ndarray, start: np.ndarray, half: int) -> np.ndarra
 
 def _covariance(points: np.ndarray) -> np.ndarray:
     covariance = np.cov(points.T).reshape(points.shape[1], -1)
-    return covariance + 1e-12 * np.trace(covariance) * np.eye(len(covariance)) + 1e-300 * np.eye(len(covariance))
+    return covariance + LEAST * (1 + np.trace(covariance)) * np.eye(len(covariance))
 
 
 def _squares(points: np.ndarray, centre: np.ndarray, covariance: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import write_text
-from jaxmotor.fleet._dataset import Dataset, Part, open_dataset
+from jaxmotor.fleet._dataset import DIAGNOSED_PER_PART, Dataset, Part, open_dataset
 from jaxmotor.fleet._extra import needs
 from jaxmotor.fleet._identify_part import Options, identify_part
 from jaxmotor.fleet._table import join, read_about, write_rows
@@ -70,7 +70,8 @@ def identify_fleet(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Summary:
-    """Identify every motor of `dataset` and write one row for each to `output`, a Parquet file.
+    """Identify every motor of `dataset`, diagnose it where `options` ask for that, and write one row for each to
+    `output`, a Parquet file.
 
     `cluster` is the address of a Dask scheduler, or "local" for a cluster on this machine; its workers read the parts
     and write their results themselves, so that both paths must mean the same to them. Without it, `workers` threads
@@ -80,13 +81,14 @@ def identify_fleet(
     cluster does not answer. What is wrong with one motor is a sentence in its row.
     """
     needs("pyarrow")
-    data, target = open_dataset(dataset), Path(output)
-    about = _about(data, options or Options())
+    options, target = options or Options(), Path(output)
+    data = open_dataset(dataset, DIAGNOSED_PER_PART if options.diagnose else None)
+    about = _about(data, options)
     if _in_the_way(target, about):
         return _summary(target)
     folder = _parts_folder(target, about)
     tasks = [
-        Task(number, part, options or Options(), str(folder / f"part-{number:06d}.parquet"), about)
+        Task(number, part, options, str(folder / f"part-{number:06d}.parquet"), about)
         for number, part in enumerate(data.parts)
     ]
     missing = []

@@ -1,9 +1,10 @@
 """Results as a table: one row for each motor, numbers in SI with their units in the names."""
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import replacing
 from jaxmotor.fleet._batch import Identified
 from jaxmotor.fleet._dataset import Entry
+from jaxmotor.fleet._diagnosed import DIAGNOSIS_NUMBERS, DIAGNOSIS_TEXTS, EFFECTS
 from jaxmotor.fleet._extra import needs
 from jaxmotor.fleet._friction import Rubbing
 
@@ -118,7 +120,7 @@ def join(parts: list[Path], path: Path, about: Mapping[str, Any]) -> dict[str, i
 
 
 def read_results(path: Path) -> dict[str, np.ndarray]:
-    """The columns of a file of results, without the motors that have a problem; missing numbers are NaN.
+    """The columns of a file of results, without the motors that have a problem; missing numbers are NaN, texts None.
 
     **Raises:** `JaxmotorError` where it holds no results.
     """
@@ -130,11 +132,32 @@ def read_results(path: Path) -> dict[str, np.ndarray]:
     return {name: np.asarray(column)[good] for name, column in columns.items()}
 
 
+class Verdicts(NamedTuple):
+    """What came of diagnosing a data set."""
+
+    verdicts: tuple[tuple[tuple[str, str], int], ...]
+    """Verdict and effects, "coulomb_friction + backlash" or "no effect", and their number of motors; the most first."""
+    failed: int
+    """Motors that could not be diagnosed."""
+
+
+def count_verdicts(path: Path) -> Verdicts:
+    """How many motors of the results in `path` have which verdict."""
+    table = needs("pyarrow.parquet").read_table(path, columns=["verdict", EFFECTS, "diagnosis_problem"])
+    counts: Counter[tuple[str, str]] = Counter()
+    for row in table.to_pylist():
+        if row["verdict"] is not None:
+            counts[row["verdict"], " + ".join(row[EFFECTS]) or "no effect"] += 1
+    return Verdicts(tuple(counts.most_common()), len(table) - table.column("diagnosis_problem").null_count)
+
+
 def _schema(about: Mapping[str, Any]) -> Any:
     arrow = needs("pyarrow")
     fields: Iterable[Any] = [
         *((name, arrow.string()) for name in TEXTS),
-        *((name, arrow.float64()) for name in (*NUMBERS, *FRICTION_NUMBERS)),
+        *((name, arrow.float64()) for name in (*NUMBERS, *FRICTION_NUMBERS, *DIAGNOSIS_NUMBERS)),
+        *((name, arrow.string()) for name in DIAGNOSIS_TEXTS),
+        (EFFECTS, arrow.list_(arrow.string())),
         ("notes", arrow.list_(arrow.string())),
     ]
     return arrow.schema(fields, metadata={KEY: json.dumps(dict(about))})

@@ -101,6 +101,53 @@ def test_motors_that_do_not_belong_are_named_with_the_reason():
     assert found.correlation[0, 1] == pytest.approx(0.4, abs=0.2)
 
 
+@pytest.mark.parametrize("error", [0.0, 0.004])
+@pytest.mark.parametrize("same", [0, 1])
+def test_a_parameter_that_is_the_same_for_all_has_no_correlation(same, error):
+    """Distances are those of the other parameter alone."""
+    rng = np.random.default_rng(4)
+    estimates = MEAN + rng.normal(size=(80, 2)) * (0.03, 0.05)
+    estimates[:, same] = MEAN[same]
+    estimates[9, 1 - same] += 0.6
+    errors = np.broadcast_to(error**2 * np.eye(2), (80, 2, 2)).copy()
+    names, motors = ("gain_rad_s_V", "pole_rad_s"), tuple(map(str, range(80)))
+    found = population_of(names, (True, True), motors, estimates, errors)
+    one = [1 - same]
+    alone = population_of((names[1 - same],), (True,), motors, estimates[:, one], errors[:, one][:, :, one])
+    assert found.without_spread == (names[same],) and found.spread[same] == 0
+    assert found.mean[same] == MEAN[same] and found.mean_error[same] == pytest.approx(error / np.sqrt(80))
+    assert np.isnan(found.correlation[same]).all() and np.isnan(found.correlation[:, same]).all()
+    assert found.correlation[1 - same, 1 - same] == pytest.approx(1.0)
+    np.testing.assert_array_equal(found.distance, alone.distance)
+    assert found.threshold == alone.threshold and found.outliers == alone.outliers
+    assert (found.outliers[0].motor, found.outliers[0].because) == ("9", names[1 - same])
+    steadied, covariance = found.steadied()
+    np.testing.assert_array_equal(steadied[:, same], MEAN[same])
+    assert np.isfinite(steadied).all() and np.isfinite(covariance).all()
+
+
+def test_all_motors_the_same_and_one_that_is_not():
+    estimates, errors = np.tile(MEAN, (30, 1)), np.broadcast_to(1e-6 * np.eye(2), (30, 2, 2)).copy()
+    names, motors = ("gain_rad_s_V", "pole_rad_s"), tuple(map(str, range(30)))
+    found = population_of(names, (True, True), motors, estimates, errors)
+    assert found.without_spread == names and found.outliers == () and (found.distance == 0).all()
+    assert np.isnan(found.correlation).all()
+    estimates[3] += (0.0, 0.2)
+    found = population_of(names, (True, True), motors, estimates, errors)
+    assert found.without_spread == names
+    assert [(outlier.motor, outlier.because) for outlier in found.outliers] == [("3", "pole_rad_s")]
+
+
+def test_more_than_half_of_the_motors_are_the_same():
+    """So that their median deviation is none; the others differ by what their errors allow and belong."""
+    rng = np.random.default_rng(6)
+    estimates = np.tile(MEAN, (60, 1))
+    estimates[40:] += 0.01 * rng.normal(size=(20, 2))
+    errors = np.broadcast_to(0.01**2 * np.eye(2), (60, 2, 2)).copy()
+    found = population_of(("a", "b"), (True, True), tuple(map(str, range(60))), estimates, errors)
+    assert found.outliers == () and np.isfinite(found.distance).all()
+
+
 def test_few_of_a_good_fleet_are_named():
     """One of a thousand is expected beyond the threshold; that of 20 fleets of 200 more than 20 are has chance 1e-7."""
     number = 0
