@@ -8,7 +8,10 @@ import pytest
 import jaxmotor
 
 PACKAGE = Path(jaxmotor.__file__).parent
-LAYERS = ["recording", "bench", "motor", "estimate", "validation", "control", "diagnosis", "fleet", "present", "cli"]
+LAYERS = (
+    *("recording", "bench", "motor", "estimate", "validation", "control", "diagnosis"),
+    *("fleet", "words", "present", "cli"),
+)
 NUMPY_ONLY = {"recording", "bench"}
 HEAVY = {"jax", "equinox", "optimistix", "lineax", "matplotlib", "scipy"}
 

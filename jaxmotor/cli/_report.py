@@ -15,7 +15,7 @@ def report_command(
 ) -> None:
     """Tell the story of a recording, or of a fleet's results, in one HTML page that needs nothing else."""
     from jaxmotor.cli._folder import make_folder
-    from jaxmotor.cli._text import printable
+    from jaxmotor.words import printable
 
     if source.suffix == ".parquet":
         from jaxmotor.present.report import write_fleet_page

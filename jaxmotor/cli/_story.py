@@ -4,27 +4,28 @@ import math
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from jaxmotor.cli._text import printable, with_error
-from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, Worth
-from jaxmotor.motor.effects import parameters
+from jaxmotor.diagnosis import Diagnosis, FoundEffect, Worth
 from jaxmotor.recording import ranges
+from jaxmotor.validation import Interval
+from jaxmotor.words import (
+    LOOP,
+    bracket,
+    looks_like,
+    loop_of,
+    may_be,
+    nothing_left,
+    of_rounding,
+    printable,
+    seen_in,
+    sentence,
+    with_error,
+)
 
 WIDTH, INDENT = 110, 17
 MOST = 3
 """Looks, and experiments, that are told."""
-FRIENDLY = {
-    "V": (1e3, "mV"),
-    "s": (1e3, "ms"),
-    "rad": (1e3, "mrad"),
-    "1": (1e2, "%"),
-    "1/s": (6e3, "% per minute"),
-    "V s²/rad²": (1e5, "mV"),  # at 10 rad/s, as QuadraticDrag says it
-}
-"""What a parameter's unit becomes: factor and name."""
-ONE_IS_LARGE = {"V", "s"}
-"""Units in which larger values stay."""
+MOST_LOOPS = 2
 
 
 def diagnosis_text(diagnosis: Diagnosis, written: Sequence[Path] = ()) -> str:
@@ -43,23 +44,6 @@ def diagnosis_text(diagnosis: Diagnosis, written: Sequence[Path] = ()) -> str:
     return "\n".join(parts)
 
 
-def friendly(value: float, error: float, about: dict[str, Any]) -> str:
-    """A parameter ± 95 % in a unit for people, from SI and what `parameters` says of it."""
-    unit = about["unit"]
-    if about["kind"] == "fixed" and unit == "1":
-        return f"{value:g}"
-    factor, shown = (1.0, unit) if unit in ONE_IS_LARGE and abs(value) >= 1 else FRIENDLY.get(unit, (1.0, unit))
-    return with_error(factor * value, factor * error, shown)
-
-
-def sentence(found: FoundEffect) -> str:
-    """What the effect does, with its parameters."""
-    values, about = found.parameters, parameters(found.effect)
-    return found.effect.says.format(
-        **{name: friendly(values[name], found.standard_error[name], about[name]) for name in values}
-    )
-
-
 def _part(title: str, sentences: list[str]) -> list[str]:
     rows = [
         row
@@ -73,27 +57,17 @@ def _wrong(diagnosis: Diagnosis) -> list[str]:
     missing = diagnosis.missing
     if not math.isfinite(missing.rms_V):
         return []
-    known = math.isfinite(missing.noise_V)
-    rounding = f", of which the encoder's rounding makes {1e3 * missing.noise_V:.3g} mV" if known else ""
-    lacks = f"the linear model lacks {1e3 * missing.rms_V:.3g} mV rms at the motor{rounding}"
+    lacks = f"the linear model lacks {1e3 * missing.rms_V:.3g} mV rms at the motor{of_rounding(missing)}"
     if diagnosis.verdict == "complete":
-        return [lacks, "nothing that this recording shows: the linear model reaches the floor"]
+        return [lacks, nothing_left()]
     most = MOST if diagnosis.verdict == "unexplained" else MOST - 1
-    return [lacks, *(_look(look) for look in diagnosis.looks[:most] if look.beyond_chance)]
-
-
-def _look(look: Look) -> str:
-    return f"{100 * look.share:.0f} % of that: {look.text} (by chance {100 * max(look.chance, 0.01):.0f} %)"
+    return [lacks, *(seen_in(look) for look in diagnosis.looks[:most] if look.beyond_chance)]
 
 
 def _why(diagnosis: Diagnosis) -> list[str]:
     lines = [f"{found.name}: {sentence(found)}" for found in diagnosis.effects]
-    look = diagnosis.looks_like
-    if look is None:
-        return lines
-    also = "beside that, what is left" if lines else "it"
-    more = "no further cause is named" if lines else "no cause is named"
-    return [*lines, f"{also} looks like {look.text}; {more}: this says where to look, not why"]
+    left = looks_like(diagnosis)
+    return lines if left is None else [*lines, left]
 
 
 def _sure(diagnosis: Diagnosis) -> list[str]:
@@ -107,11 +81,11 @@ def _sure(diagnosis: Diagnosis) -> list[str]:
 
 
 def _rivals(found: FoundEffect, held_out: Worth) -> list[str]:
-    same = [rival.name for rival in found.rivals if rival.inseparable]
+    same = may_be(found, str)
     other = [rival for rival in found.rivals if not rival.inseparable]
     lines = []
-    if same:
-        lines.append(f"{found.name}: may as well be {' or '.join(same)}; this recording cannot tell them apart")
+    if same is not None:
+        lines.append(f"{found.name}: {same}")
     if other:
         instead = ", ".join(f"{rival.name} {held_out.drift_after + rival.chi2_excess:.3g}" for rival in other[:MOST])
         lines.append(f"instead of {found.name}: {instead}")
@@ -120,13 +94,33 @@ def _rivals(found: FoundEffect, held_out: Worth) -> list[str]:
 
 def _costs(diagnosis: Diagnosis) -> list[str]:
     worth = diagnosis.held_out
-    before, after = worth.before, worth.after
-    fit, rmse = f"fit {before.fit_percent:.1f} %", f"RMSE {before.rmse_rad_s:.3g}"
-    chi2 = f"chi2 per sample {_interval(worth.before_interval)}"
-    if diagnosis.effects:
-        fit, rmse = f"{fit} -> {after.fit_percent:.1f} %", f"{rmse} -> {after.rmse_rad_s:.3g}"
-        chi2 = f"{chi2} -> {_interval(worth.after_interval)}"
-    return [f"{fit}, {rmse} rad/s", f"{chi2} (brackets: 95 %)", _scored(diagnosis)]
+    lines = []
+    for name, unit in (("fit_percent", "%"), ("rmse_rad_s", "rad/s"), ("chi2_per_sample", "")):
+        title = {"fit_percent": "fit", "rmse_rad_s": "RMSE"}.get(name, "chi2 per sample")
+        told = _told(getattr(worth.before_intervals, name), unit)
+        if diagnosis.effects:
+            told = f"{told} -> {_told(getattr(worth.after_intervals, name), unit)}"
+        lines.append(f"{title} {told}")
+    return [f"{lines[0]}, {lines[1]}", f"{lines[2]} (brackets: 95 %)", _scored(diagnosis), *_loops(diagnosis)]
+
+
+def _loops(diagnosis: Diagnosis) -> list[str]:
+    lines = []
+    for gain in diagnosis.closed_loop[:MOST_LOOPS]:
+        lines.append(loop_of(gain))
+        for name, title, factor, unit in LOOP:
+            before, after = getattr(gain.before, name), getattr(gain.after, name)
+            if not math.isfinite(before.measured.value):
+                continue
+            measured = f"{title} measured {factor * before.measured.value:.3g} {unit}"
+            told = f"{measured}, linear {_told(before.predicted, '', factor)}"
+            lines.append(f"{told} -> {_told(after.predicted, '', factor)}" if diagnosis.effects else told)
+    return lines
+
+
+def _told(interval: Interval, unit: str, factor: float = 1.0) -> str:
+    value, low, high = (factor * number for number in (interval.value, interval.low, interval.high))
+    return f"{value:.3g}{f' {unit}' if unit else ''} {bracket((value, low, high))}"
 
 
 def _scored(diagnosis: Diagnosis) -> str:
@@ -137,11 +131,6 @@ def _scored(diagnosis: Diagnosis) -> str:
     if held_out < whole:
         return f"all of segments {ranges(diagnosis.held_out.segments)}, with the models fitted to the others"
     return "all of a part of the recording, with the models fitted to the rest"
-
-
-def _interval(interval: tuple[float, float, float]) -> str:
-    value, low, high = interval
-    return f"{value:.3g} [{low:.3g}, {high:.3g}]"
 
 
 def _motor(diagnosis: Diagnosis) -> str:

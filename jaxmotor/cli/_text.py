@@ -5,25 +5,10 @@ from pathlib import Path
 
 from jaxmotor.estimate import Fit, to_json
 from jaxmotor.recording import ranges
+from jaxmotor.words import floor, with_error
 
 RPM = 60 / (2 * math.pi)
 """rpm in one rad/s."""
-
-
-def with_error(value: float, error: float, unit: str) -> str:
-    """`value ± 95 % half-width unit`, with as many digits as the error allows."""
-    half = 1.96 * error
-    if not math.isfinite(half) or half <= 0:
-        return f"{value:.6g} {unit}"
-    digits = max(0, 1 - math.floor(math.log10(half)))
-    if digits > 12:
-        return f"{value:.6g} ± {half:.1e} {unit}"
-    return f"{value:.{digits}f} ± {half:.{digits}f} {unit}"
-
-
-def printable(text: str) -> str:
-    """`text` without what would steer a terminal: control characters as their escapes."""
-    return "".join(char if char.isprintable() else char.encode("unicode_escape").decode() for char in text)
 
 
 def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
@@ -39,8 +24,8 @@ def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
         lines.append(f"  L/R     {with_error(1e3 * tau, 1e3 * error, 'ms')}")
     if fit.method == "exact":
         lines.append(f"  offset  {with_error(1e3 * fit.offset_V, 1e3 * fit.offset_standard_error_V, 'mV')}")
-    floor = "1 = the encoder's rounding" if fit.floor_known else "1 = the noise, estimated from the data"
-    lines.append(f"  fit     {fit.fit_percent:.1f} % of the speed; chi2 {fit.chi2_per_sample:.3g} per sample ({floor})")
+    one = f"1 = {floor(fit.floor_known)}"
+    lines.append(f"  fit     {fit.fit_percent:.1f} % of the speed; chi2 {fit.chi2_per_sample:.3g} per sample ({one})")
     held_out = f", held out {ranges(fit.held_out)}" if fit.held_out else ""
     lines.append(f"  scored on the fitted segments {ranges(fit.fitted)}{held_out}; ± is 95 %")
     lines += [f"  note: {note}" for note in (*fit.notes, *extra)]

@@ -119,7 +119,7 @@ def _check_depth(values: dict[str, Any], source: str) -> None:
     level: list[Any] = [values]
     for _ in range(MAX_DEPTH):
         items = [item for part in level for item in (part.values() if isinstance(part, dict) else part)]
-        if any(isinstance(item, int) and item.bit_length() > 63 for item in items):
+        if any(isinstance(item, int) and not -(2**63) <= item < 2**63 for item in items):
             raise RecordingError(
                 f"{source}: the header has a whole number beyond 64 bits; correct it or put it in quotes"
             )

@@ -4,6 +4,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 from wire import Line, unseal
 
@@ -109,3 +110,9 @@ def bench(build, tmp_path):
         return Outcome(result.stdout, json.loads(stats.read_text()), torn)
 
     return run
+
+
+@pytest.fixture
+def excitation() -> np.ndarray:
+    """Duties that change every seventh tick, at random."""
+    return np.repeat(np.random.default_rng(3).integers(-250, 251, 60), 7)

@@ -15,7 +15,7 @@ from jaxmotor.recording import Recording, RecordingError, import_sysid, read
 KEYS = ("slow-forward", "slow-backward", "fast-forward", "fast-backward")
 
 
-def test_rows(start, sign, width=4, order=(0, 1, 2, 3)):
+def rows_of_test(start, sign, width=4, order=(0, 1, 2, 3)):
     """Ten rows [s, V, turn, turn/s] of a motor that turns with the voltage."""
     table = np.zeros((10, width))
     time = np.arange(10) * 0.005
@@ -24,11 +24,8 @@ def test_rows(start, sign, width=4, order=(0, 1, 2, 3)):
     return table.tolist()
 
 
-test_rows.__test__ = False
-
-
 def log(**changes):
-    tests = {key: test_rows(10.0 * k, 1 if "forward" in key else -1) for k, key in enumerate(KEYS)}
+    tests = {key: rows_of_test(10.0 * k, 1 if "forward" in key else -1) for k, key in enumerate(KEYS)}
     return {"sysid": True, "test": "Simple", "units": "Meters", "unitsPerRotation": 0.3, **tests, **changes}
 
 
@@ -69,13 +66,13 @@ def test_json(imported):
 
 
 def test_tests_come_in_order_of_time(imported):
-    recording = imported(log(**{"slow-forward": test_rows(50.0, 1), "fast-backward": []}))
+    recording = imported(log(**{"slow-forward": rows_of_test(50.0, 1), "fast-backward": []}))
     assert [part.parameters["label"] for part in recording.segments][-1] == "quasistatic-forward"
     assert len(recording.segments) == 3
 
 
 def test_unsigned_voltage_gets_the_sign_of_the_velocity(imported):
-    rows = [[time, abs(volts), turn, speed] for time, volts, turn, speed in test_rows(30.0, -1)]
+    rows = [[time, abs(volts), turn, speed] for time, volts, turn, speed in rows_of_test(30.0, -1)]
     recording = imported(log(**{"fast-backward": rows}))
     np.testing.assert_allclose(recording.segments[3].volts, -np.arange(10) * 0.5)
     assert [part.parameters.get("voltage_sign") for part in recording.segments] == [None, None, None, "turned"]
@@ -91,7 +88,7 @@ def test_velocity_where_no_position_was_logged(imported):
 @pytest.mark.parametrize("side, order", [("left", (0, 1, 3, 5)), ("right", (0, 2, 4, 6))])
 def test_drivetrain(imported, refused, side, order):
     values = log(
-        test="Drivetrain", **{key: test_rows(0.0, 1, 9, order) for key in KEYS[:1]}, **{key: [] for key in KEYS[1:]}
+        test="Drivetrain", **{key: rows_of_test(0.0, 1, 9, order) for key in KEYS[:1]}, **{key: [] for key in KEYS[1:]}
     )
     assert imported(values, motor=side).segments[0].volts[9] == pytest.approx(4.5)
     assert "--motor left" in refused(values)
@@ -100,7 +97,7 @@ def test_drivetrain(imported, refused, side, order):
 
 
 def test_the_oldest_format(imported):
-    values = log(**{key: test_rows(0.0, 1, 10, (0, 3, 5, 7)) for key in KEYS[:1]}, **{key: [] for key in KEYS[1:]})
+    values = log(**{key: rows_of_test(0.0, 1, 10, (0, 3, 5, 7)) for key in KEYS[:1]}, **{key: [] for key in KEYS[1:]})
     del values["sysid"]
     assert imported(values).segments[0].volts[9] == pytest.approx(4.5)
 

@@ -6,7 +6,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from recordings import TEXT, same
 
@@ -109,8 +109,22 @@ def recordings(draw):
     }
 
 
+LOWEST = {
+    "segments": [
+        {"kind": "sine", "start_s": 0.0, "at_rest": False, "parameters": {"lowest": -(2**63), "highest": 2**63 - 1}}
+        | {"time_s": np.zeros(1), "volts": np.zeros(1), "tick": np.array([0]), "count": np.array([0])}
+    ],
+    "source": "m1.csv",
+    "period_s": 1.0,
+    "counts_per_rev": 1.0,
+    "header": {"": -(2**63), "highest": [2**63 - 1]},
+}
+"""Whole numbers at the ends of what 64 bits hold."""
+
+
 @settings(max_examples=150)
 @given(recordings())
+@example(LOWEST)
 def test_round_trip(fields):
     parts = tuple(Segment(**part) for part in fields["segments"])
     recording = Recording(**fields | {"segments": parts})

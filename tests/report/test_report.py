@@ -156,7 +156,7 @@ def test_unexplained_is_said(told):
     diagnosis = dataclasses.replace(told[0].diagnosis, effects=(), verdict="unexplained")
     page = Page(report_page(dataclasses.replace(told[0], diagnosis=diagnosis), "0"))
     words = "".join(page.words)
-    assert "No cause is named: this says where to look, not why." in words
+    assert "no cause is named: this says where to look, not why." in words
     assert diagnosis.looks_like is not None and diagnosis.looks_like.text in words
 
 

@@ -9,9 +9,9 @@ from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Mark, Panel, band, dots, legend, level, line, plot
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
-from jaxmotor.present.report._words import plainly
 from jaxmotor.recording import ranges
 from jaxmotor.validation import Band, ClosedLoop, Comparison, Interval, StepTrials
+from jaxmotor.words import plainly
 
 MOST = 2
 """Steps, and closed loops, that are drawn at once; the others are a click away."""

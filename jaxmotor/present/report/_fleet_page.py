@@ -8,13 +8,12 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import write_text
 from jaxmotor.fleet import Population, population, read_results
-from jaxmotor.fleet._extra import needs
 from jaxmotor.present.report._fleet_plot import population_plot
 from jaxmotor.present.report._html import Content, details, element, number, paragraph, table
 from jaxmotor.present.report._limits import versions
 from jaxmotor.present.report._page import Section, cards, page
 from jaxmotor.present.report._story import digest
-from jaxmotor.present.report._words import plainly, with_error
+from jaxmotor.words import plainly, with_error
 
 MOST_MOTORS = 3_000
 """In the table; who does not belong or failed is listed in any case."""
@@ -37,7 +36,10 @@ def fleet_page(results: Path) -> str:
     **Raises:** `JaxmotorError` where the file holds none.
     """
     columns = read_results(results)
-    rows = needs("pyarrow.parquet").read_table(results).to_pylist()
+    # Not before: where the package is missing, reading the results has said so.
+    from pyarrow import parquet
+
+    rows = parquet.read_table(results).to_pylist()
     failed = [row for row in rows if row["problem"] is not None]
     good = [row for row in rows if row["problem"] is None]
     found, why_not = _population(columns)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxmotor.diagnosis import Diagnosis, Worth
+from jaxmotor.diagnosis import Diagnosis, LoopGain, Worth
 from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.motor.effects import parameters
 from jaxmotor.present._before_after import best_gain
@@ -15,10 +15,11 @@ from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Panel, dots, legend, level, line, plot
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
-from jaxmotor.present.report._words import between, named, plainly, scaled
 from jaxmotor.recording import Recording, ranges
+from jaxmotor.words import LOOP, between, bracket, capital, floor, loop_of, named, plainly, scaled
 
 MOST_ROWS = 500
+MOST_LOOPS = 2
 MOST_SEGMENTS = 200
 LINEAR = {
     "gain_rad_s_V": ("gain", 1.0, "rad/s/V"),
@@ -108,7 +109,34 @@ def gain_section(story: Story) -> Content:
     if diagnosis.held_out.traces_before:
         content.append(_traces(diagnosis, story.recording))
         content.append(details("Each run that was not fitted", _runs(diagnosis, story.recording)))
-    return content
+    return content + [_loop(place, gain, diagnosis) for place, gain in enumerate(diagnosis.closed_loop[:MOST_LOOPS])]
+
+
+def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
+    """A closed loop as both motors would have run it, with the numbers that a controller is judged by."""
+    before, after, extended = gain.before, gain.after, bool(diagnosis.effects)
+    rows = []
+    for name, title, factor, unit in (*LOOP, ("rmse_rad_s", "RMSE of the speed", 1.0, "rad/s")):
+        one, other = getattr(before, name), getattr(after, name)
+        measured = "" if name == "rmse_rad_s" else plainly(factor * one.measured.value)
+        key = f"closed_loop.{place}.{name}"
+        row: list[Content] = [f"{title} ({unit})", measured]
+        for when, value in (("before", one), ("after", other))[: 2 if extended else 1]:
+            predicted = value if name == "rmse_rad_s" else value.predicted
+            limits = tuple(factor * number for number in predicted)
+            row.append([number(predicted.value, f"{key}_{when}", plainly(limits[0])), f" {bracket(limits)}"])
+        rows.append(row)
+    head = ["", "measured", "linear", *(["extended"] if extended else [])]
+    measured = dots(before.time_s, before.measured_rad_s, "dot small ink", "measured")
+    marks = [measured, line(before.time_s, before.speed.mean, "red curve", "linear")]
+    if extended:
+        marks.append(line(after.time_s, after.speed.mean, "blue curve", "extended"))
+    across = Scale.of(before.time_s, "Time in the segment (s)", margin=0.01)
+    speeds = Scale.of(np.concatenate([mark.y[np.isfinite(mark.y)] for mark in marks]), "Speed (rad/s)")
+    caption = capital(loop_of(gain))
+    key = legend([("dot ink", "measured"), ("red curve", "linear"), *([("blue curve", "extended")] * extended)])
+    picture = figure(plot([Panel(across, speeds, marks)], alt=f"Speed in the {loop_of(gain)}"), caption, key)
+    return [picture, table("The controller of the header on both motors, in brackets where 95 % lie", head, rows)]
 
 
 def _scored(diagnosis: Diagnosis) -> str:
@@ -127,7 +155,7 @@ class _Line(NamedTuple):
     key: str
     before: float
     after: float
-    about: tuple[str, str]
+    about: tuple[str, ...]
 
 
 def _scores(diagnosis: Diagnosis) -> Content:
@@ -139,13 +167,17 @@ def _scores(diagnosis: Diagnosis) -> Content:
 
 def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> Html:
     before, after = worth.before, worth.after
-    chi2 = (_bracket(worth.before_interval), _bracket(worth.after_interval))
-    floor = "1 = the encoder's rounding" if diagnosis.fit.floor_known else "1 = the noise, estimated"
+    intervals = worth.before_intervals, worth.after_intervals
+    fit, chi2, rmse = (
+        tuple(f" {bracket(getattr(known, name))}" for known in intervals)
+        for name in ("fit_percent", "chi2_per_sample", "rmse_rad_s")
+    )
+    one = floor(diagnosis.fit.floor_known)
     lines = [
-        _Line("fit (%)", "fit_percent", before.fit_percent, after.fit_percent, ("", "")),
-        _Line(f"chi2 per sample ({floor})", "chi2", before.chi2_per_sample, after.chi2_per_sample, chi2),
+        _Line("fit (%)", "fit_percent", before.fit_percent, after.fit_percent, fit),
+        _Line(f"chi2 per sample (1 = {one})", "chi2", before.chi2_per_sample, after.chi2_per_sample, chi2),
         _Line("drift chi2 per sample", "drift_chi2", worth.drift_before, worth.drift_after, ("", "")),
-        _Line("RMSE (rad/s)", "rmse_rad_s", before.rmse_rad_s, after.rmse_rad_s, ("", "")),
+        _Line("RMSE (rad/s)", "rmse_rad_s", before.rmse_rad_s, after.rmse_rad_s, rmse),
         _Line("RMSE (counts)", "rmse_counts", before.rmse_counts, after.rmse_counts, ("", "")),
     ]
     extended = bool(diagnosis.effects)
@@ -163,10 +195,6 @@ def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> 
 
 def _figures(value: float) -> str:
     return plainly(value, 4)
-
-
-def _bracket(interval: tuple[float, float, float]) -> str:
-    return f" [{interval[1]:.3g}, {interval[2]:.3g}]"
 
 
 def _traces(diagnosis: Diagnosis, recording: Recording) -> Html:

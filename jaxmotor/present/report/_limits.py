@@ -8,7 +8,7 @@ import shlex
 from jaxmotor.diagnosis import Diagnosis, to_json
 from jaxmotor.present.report._html import Content, bullets, details, element, paragraph, table
 from jaxmotor.present.report._story import Story
-from jaxmotor.present.report._words import capital, named
+from jaxmotor.words import capital, may_be, named
 
 PACKAGES = ("jaxmotor", "jax", "jaxlib", "equinox", "optimistix", "numpy")
 MOST_EXPERIMENTS = 3
@@ -27,11 +27,9 @@ def limits_section(story: Story) -> Content:
             f"{named(found.name)}: {name} is not determined by this recording; its error is more than half of it"
             for name in found.unknown
         ]
-        same = [named(rival.name) for rival in found.rivals if rival.inseparable]
-        if same:
-            limits.append(
-                f"{named(found.name)} may as well be {' or '.join(same)}: this recording cannot tell them apart"
-            )
+        same = may_be(found, named)
+        if same is not None:
+            limits.append(f"{named(found.name)} {same}")
     if not diagnosis.fit.floor_known:
         limits.append("The noise is not known beforehand, as it is of counts, but was estimated from the data.")
     notes = [*diagnosis.notes, *(story.validation.notes if story.validation else ())]

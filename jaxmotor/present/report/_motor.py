@@ -10,8 +10,8 @@ from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Panel, band, legend, line, plot
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
-from jaxmotor.present.report._words import named, plainly
 from jaxmotor.recording import Recording, Segment, lost_ticks, ranges
+from jaxmotor.words import named, plainly
 
 BINS = 700
 """Of a whole recording: what a screen shows."""

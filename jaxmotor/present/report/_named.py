@@ -11,7 +11,7 @@ from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import WIDTH, legend
 from jaxmotor.present.report._scale import Scale, tick_text
 from jaxmotor.present.report._story import Story
-from jaxmotor.present.report._words import between, capital, named, plainly, scaled, sentence
+from jaxmotor.words import between, capital, floor, looks_like, named, plainly, scaled, sentence
 
 NAMES, ROW = 250.0, 24.0
 """Room for the bars' names, and the height of a bar's row, in the drawing."""
@@ -27,18 +27,15 @@ def named_section(story: Story) -> Content:
         alt = "Drift left over in data not fitted: " + "; ".join(
             f"{name} {value:.3g}" for name, value, _ in _rows(diagnosis)
         )
-        floor = "the encoder's rounding" if diagnosis.fit.floor_known else "the noise"
         caption = (
             f"Drift left over in data that were not fitted (chi2 per sample of residuals that add up over twenty "
-            f"ticks, 1 = {floor}). A star is a rival that this recording cannot tell apart."
+            f"ticks, 1 = {floor(diagnosis.fit.floor_known)}). A star is a rival that this recording cannot tell apart."
         )
         key = legend([("bar grey", "linear"), ("bar blue", "what is named"), ("bar red", "a rival in its place")])
         content.append(figure(_bars(diagnosis, alt), caption, key))
-    look = diagnosis.looks_like
-    if look is not None:
-        beside = "Beside that, what is left" if diagnosis.effects else "What the linear model lacks"
-        more = "No further cause is named" if diagnosis.effects else "No cause is named"
-        content.append(paragraph(f"{beside} looks like {look.text}. {more}: this says where to look, not why."))
+    left = looks_like(diagnosis)
+    if left is not None:
+        content.append(paragraph(f"{capital(left)}."))
     elif not diagnosis.effects:
         content.append(paragraph("No cause is needed: the linear model leaves nothing that this recording shows."))
     return content

@@ -12,8 +12,8 @@ from jaxmotor.present.report._named import named_section
 from jaxmotor.present.report._page import Section, cards, page
 from jaxmotor.present.report._response import response_section
 from jaxmotor.present.report._story import Story, digest
-from jaxmotor.present.report._words import named, with_error
 from jaxmotor.present.report._wrong import wrong_section
+from jaxmotor.words import named, with_error
 
 VERDICTS = {
     "complete": "A linear motor describes this recording down to its noise.",

@@ -14,7 +14,7 @@ from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Mark, Panel, band, bars, dots, legend, level, line, plot
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
-from jaxmotor.present.report._words import plainly
+from jaxmotor.words import plainly
 
 SAME_VOLTS = 0.1
 """Part by which the amplitude that was measured at may differ from the header's."""

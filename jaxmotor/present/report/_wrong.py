@@ -6,12 +6,12 @@ import numpy as np
 
 from jaxmotor.diagnosis import Diagnosis, Look, MissingVolts
 from jaxmotor.present._missing import BINS, COORDINATES
-from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
+from jaxmotor.present.report._html import Content, Html, bullets, details, element, number, paragraph, table
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Mark, Panel, dots, legend, level, line, plot
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
-from jaxmotor.present.report._words import plainly
+from jaxmotor.words import capital, nothing_left, of_rounding, plainly, seen_in
 
 MOST_DOTS = 1_500
 """In a panel; windows beyond that are left out evenly."""
@@ -32,28 +32,22 @@ def wrong_section(story: Story) -> Content:
 def _lacks(diagnosis: Diagnosis) -> Html:
     missing = diagnosis.missing
     rms = number(missing.rms_V, "missing_volts.before.rms_V", f"{1e3 * missing.rms_V:.3g} mV")
-    known = math.isfinite(missing.noise_V)
-    rounding = f", of which the encoder's rounding makes {1e3 * missing.noise_V:.3g} mV" if known else ""
     return element(
         "span",
         "Simulated freely, the linear motor drifts away from the measured shaft. The voltage that would have kept it "
         "there is ",
         rms,
-        f" rms{rounding}.",
+        f" rms{of_rounding(missing)}.",
     )
 
 
 def _seen(diagnosis: Diagnosis) -> Content:
     telling = [look for look in diagnosis.looks if look.beyond_chance]
     if diagnosis.verdict == "complete":
-        return paragraph("Nothing that this recording shows is left over: the linear model reaches the floor.")
+        return paragraph(f"{capital(nothing_left())}.")
     if not telling:
         return paragraph("None of the coordinates explains more of it than chance.")
-    rows = [
-        f"{100 * look.share:.0f} % of it: {look.text} (chance makes {100 * max(look.chance, 0.01):.0f} %)"
-        for look in telling[:3]
-    ]
-    return element("ul", [element("li", row) for row in rows])
+    return bullets(seen_in(look) for look in telling[:3])
 
 
 def _drawing(diagnosis: Diagnosis) -> Html:

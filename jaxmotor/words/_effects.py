@@ -1,10 +1,10 @@
-"""Numbers and findings in words, as a report has them."""
+"""Effects and their parameters for people."""
 
-import math
 from typing import Any
 
 from jaxmotor.diagnosis import FoundEffect
 from jaxmotor.motor.effects import parameters
+from jaxmotor.words._numbers import with_error
 
 FRIENDLY = {
     "V": (1e3, "mV"),
@@ -19,28 +19,6 @@ ONE_IS_LARGE = {"V", "s"}
 """Units in which larger values stay."""
 
 
-def with_error(value: float, error: float, unit: str) -> str:
-    """`value ± 95 % half-width unit`, with as many digits as the error allows."""
-    half = 1.96 * error
-    if not math.isfinite(half) or half <= 0:
-        return f"{value:.6g} {unit}".rstrip()
-    digits = max(0, 1 - math.floor(math.log10(half)))
-    if digits > 12:
-        return f"{value:.6g} ± {half:.1e} {unit}".rstrip()
-    return f"{value:.{digits}f} ± {half:.{digits}f} {unit}".rstrip()
-
-
-def between(value: float, error: float, unit: str) -> str:
-    """The 95 % interval of `value`."""
-    half = 1.96 * error
-    if not math.isfinite(half):
-        return "not known"
-    if half <= 0 or half < 1e-12 * abs(value):
-        return f"{value:.6g} {unit}".rstrip()
-    digits = max(0, 1 - math.floor(math.log10(half)))
-    return f"{value - half:.{digits}f} to {value + half:.{digits}f} {unit}".rstrip()
-
-
 def scaled(about: dict[str, Any], value: float) -> tuple[float, str]:
     """Factor and unit for people of a parameter [SI] of which `parameters` says `about`."""
     unit = about["unit"]
@@ -50,7 +28,7 @@ def scaled(about: dict[str, Any], value: float) -> tuple[float, str]:
 
 
 def sentence(found: FoundEffect) -> str:
-    """What the effect does, with its parameters."""
+    """What the effect does, with its parameters ± 95 %."""
     shown = {}
     for name, about in parameters(found.effect).items():
         value = found.parameters[name]
@@ -68,10 +46,3 @@ def capital(text: str) -> str:
 def named(effect: str) -> str:
     """An effect's name as words."""
     return effect.replace("_", " ").replace("coulomb", "Coulomb")
-
-
-def plainly(value: float, digits: int = 3) -> str:
-    """`value` without a power of ten where that can be."""
-    if not math.isfinite(value):
-        return "not known"
-    return f"{value:.0f}" if 10**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"

@@ -1,0 +1,19 @@
+"""Findings in words, as the terminal and the report tell them: each sentence is written once."""
+
+from jaxmotor.words._effects import capital as capital
+from jaxmotor.words._effects import named as named
+from jaxmotor.words._effects import scaled as scaled
+from jaxmotor.words._effects import sentence as sentence
+from jaxmotor.words._findings import LOOP as LOOP
+from jaxmotor.words._findings import floor as floor
+from jaxmotor.words._findings import looks_like as looks_like
+from jaxmotor.words._findings import loop_of as loop_of
+from jaxmotor.words._findings import may_be as may_be
+from jaxmotor.words._findings import nothing_left as nothing_left
+from jaxmotor.words._findings import of_rounding as of_rounding
+from jaxmotor.words._findings import seen_in as seen_in
+from jaxmotor.words._numbers import between as between
+from jaxmotor.words._numbers import bracket as bracket
+from jaxmotor.words._numbers import plainly as plainly
+from jaxmotor.words._numbers import printable as printable
+from jaxmotor.words._numbers import with_error as with_error

@@ -1,0 +1,42 @@
+"""Numbers with their errors, and text that is safe to print."""
+
+import math
+
+
+def with_error(value: float, error: float, unit: str) -> str:
+    """`value ± 95 % half-width unit`, with as many digits as the error allows."""
+    half = 1.96 * error
+    if not math.isfinite(half) or half <= 0:
+        return f"{value:.6g} {unit}".rstrip()
+    digits = max(0, 1 - math.floor(math.log10(half)))
+    if digits > 12:
+        return f"{value:.6g} ± {half:.1e} {unit}".rstrip()
+    return f"{value:.{digits}f} ± {half:.{digits}f} {unit}".rstrip()
+
+
+def between(value: float, error: float, unit: str) -> str:
+    """The 95 % interval of `value`."""
+    half = 1.96 * error
+    if not math.isfinite(half):
+        return "not known"
+    if half <= 0 or half < 1e-12 * abs(value):
+        return f"{value:.6g} {unit}".rstrip()
+    digits = max(0, 1 - math.floor(math.log10(half)))
+    return f"{value - half:.{digits}f} to {value + half:.{digits}f} {unit}".rstrip()
+
+
+def bracket(interval: tuple[float, float, float]) -> str:
+    """`[low, high]` of (value, low, high)."""
+    return f"[{interval[1]:.3g}, {interval[2]:.3g}]"
+
+
+def plainly(value: float, digits: int = 3) -> str:
+    """`value` without a power of ten where that can be."""
+    if not math.isfinite(value):
+        return "not known"
+    return f"{value:.0f}" if 10**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"
+
+
+def printable(text: str) -> str:
+    """`text` without what would steer a terminal: control characters as their escapes."""
+    return "".join(char if char.isprintable() else char.encode("unicode_escape").decode() for char in text)
