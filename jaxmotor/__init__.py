@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from jaxmotor.recording import Segment as Segment
     from jaxmotor.recording import check as check
     from jaxmotor.recording import import_log as import_log
+    from jaxmotor.recording import import_steady as import_steady
     from jaxmotor.recording import import_sysid as import_sysid
+    from jaxmotor.recording import join as join
     from jaxmotor.recording import read as read
     from jaxmotor.recording import write as write
     from jaxmotor.validation import Validation as Validation
@@ -37,7 +39,10 @@ if TYPE_CHECKING:
 # Reading a recording should not wait for JAX: names are fetched from their folder when they are asked for.
 _HOME = {
     "JaxmotorError": "_errors",
-    **dict.fromkeys(("Recording", "Segment", "check", "import_log", "import_sysid", "read", "write"), "recording"),
+    **dict.fromkeys(
+        ("Recording", "Segment", "check", "import_log", "import_steady", "import_sysid", "join", "read", "write"),
+        "recording",
+    ),
     **dict.fromkeys(("EFFECTS", "FirstOrder", "Motor", "SecondOrder"), "motor"),
     **dict.fromkeys(("Fit", "FrequencyResponse", "Model", "fit_response", "identify", "read_model"), "estimate"),
     **dict.fromkeys(("Validation", "validate"), "validation"),

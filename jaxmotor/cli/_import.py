@@ -37,6 +37,10 @@ def import_command(
     speed_window: Annotated[float | None, typer.Option(metavar="S", help="Each speed is the mean over it.")] = None,
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For lengths.")] = None,
     drive: Annotated[Drive | None, typer.Option(help="The bridge between pulses.")] = None,
+    steady: Annotated[
+        float | None, typer.Option(metavar="S", help="Rows are steady states, each taken to last S seconds.")
+    ] = None,
+    period: Annotated[float | None, typer.Option(metavar="S", help="With --steady: the period of its ticks.")] = None,
     source: Annotated[Source, typer.Option("--from", help="The program that wrote the log.")] = Source.csv,
     units: Annotated[str | None, typer.Option(help="sysid CSV: rotations, radians, degrees, meters, ...")] = None,
     motor: Annotated[str | None, typer.Option(help="sysid: which of several motors.")] = None,
@@ -56,21 +60,32 @@ def import_command(
         "drive": None if drive is None else drive.value,
     }
     given = {key: value for key, value in columns.items() if value is not None}
-    _check_usage(source, set(given), units, motor)
+    steady_s = {"hold_s": steady, "period_s": period}
+    _check_usage(source, set(given), units, motor, steady_s)
     if output.exists() and not force:
         raise JaxmotorError(f"{output}: exists already; choose another name, or replace it with --force")
 
-    from jaxmotor.recording import import_log, import_sysid, write
+    from jaxmotor.recording import import_log, import_steady, import_sysid, write
 
     if source is Source.sysid:
         recording = import_sysid(log, units=units, motor=motor, wheel_radius_m=wheel_radius)
+    elif steady is not None:
+        recording = import_steady(log, wheel_radius_m=wheel_radius, **steady_s, **given)
     else:
         recording = import_log(log, wheel_radius_m=wheel_radius, **given)
     write(recording, output)
     typer.echo(_summary(recording, output))
 
 
-def _check_usage(source: Source, given: set[str], units: str | None, motor: str | None) -> None:
+def _check_usage(
+    source: Source, given: set[str], units: str | None, motor: str | None, steady: dict[str, float | None]
+) -> None:
+    if (steady["hold_s"] is None) != (steady["period_s"] is None):
+        raise typer.BadParameter("--steady and --period belong together")
+    if steady["hold_s"] is not None and (source is Source.sysid or not _is_curve(given)):
+        raise typer.BadParameter("--steady takes --input COL:UNIT and --speed COL:UNIT, and no other column")
+    if steady["hold_s"] is not None:
+        return
     if source is Source.sysid:
         if given:
             flags = ", ".join(
@@ -84,6 +99,10 @@ def _check_usage(source: Source, given: set[str], units: str | None, motor: str 
         raise typer.BadParameter("state the columns with --time COL[:s|ms|us] and --input COL:UNIT")
     if len(given & {"speed", "angle", "count"}) != 1:
         raise typer.BadParameter("state the shaft with exactly one of --speed COL:UNIT, --angle COL:UNIT, --count COL")
+
+
+def _is_curve(given: set[str]) -> bool:
+    return {"input", "speed"} <= given and not given & {"time", "angle", "count", "segment"}
 
 
 def _summary(recording, output: Path) -> str:

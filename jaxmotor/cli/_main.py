@@ -15,6 +15,7 @@ from jaxmotor.cli._export import export_command
 from jaxmotor.cli._fleet import fleet_command
 from jaxmotor.cli._identify import identify_command
 from jaxmotor.cli._import import import_command
+from jaxmotor.cli._join import join_command
 from jaxmotor.cli._record import record_command
 from jaxmotor.cli._report import report_command
 from jaxmotor.cli._simulate import simulate_command
@@ -37,6 +38,7 @@ def build() -> typer.Typer:
     app.command("demo")(demo_command)
     app.command("record")(record_command)
     app.command("import")(import_command)
+    app.command("join")(join_command)
     app.command("identify")(identify_command)
     app.command("diagnose")(diagnose_command)
     app.command("validate")(validate_command)

@@ -9,6 +9,7 @@ from jaxmotor.recording._foreign import import_log as import_log
 from jaxmotor.recording._from_columns import from_columns as from_columns
 from jaxmotor.recording._from_columns import header_of as header_of
 from jaxmotor.recording._header import Header as Header
+from jaxmotor.recording._join import join as join
 from jaxmotor.recording._jumps import check_jumps as check_jumps
 from jaxmotor.recording._ranges import ranges as ranges
 from jaxmotor.recording._read import read as read
@@ -17,6 +18,7 @@ from jaxmotor.recording._recording import Measured as Measured
 from jaxmotor.recording._recording import Recording as Recording
 from jaxmotor.recording._recording import RecordingError as RecordingError
 from jaxmotor.recording._recording import Segment as Segment
+from jaxmotor.recording._steady import import_steady as import_steady
 from jaxmotor.recording._sysid import import_sysid as import_sysid
 from jaxmotor.recording._write import to_text as to_text
 from jaxmotor.recording._write import write as write

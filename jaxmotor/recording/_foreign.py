@@ -42,8 +42,8 @@ def import_log(
     **Raises:** `RecordingError`.
     """
     _check_choice(speed, angle, count)
-    scale = Scale(_positive(counts_per_rev, "--counts-per-rev"), _positive(wheel_radius_m, "--wheel-radius"))
-    _positive(supply_V, "--supply")
+    scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
+    positive(supply_V, "--supply")
     if speed_window_s is not None and not 0 <= speed_window_s < np.inf:
         raise RecordingError(f"--speed-window is {speed_window_s}; give seconds, 0 for an instantaneous speed")
     table = read_table(Path(path))
@@ -51,8 +51,8 @@ def import_log(
         names = list(table.cells)
         log = Log(
             stamps=_stamps(table, *split_time(time, names)),
-            input=_input(table, split_input(input, names), supply_V),
-            shaft=_shaft(table, names, scale, speed, angle, count),
+            input=input_of(table, split_input(input, names), supply_V),
+            shaft=shaft_of(table, names, scale, speed, angle, count),
         )
         bounds, labels = _bounds(table, segment)
         _check_time(table, log.stamps[0], bounds)
@@ -127,7 +127,7 @@ def _check_choice(speed: str | None, angle: str | None, count: str | None) -> No
         raise RecordingError("exactly one of --speed, --angle and --count is needed; state which column is the shaft")
 
 
-def _positive(value: float | int | None, flag: str) -> float | None:
+def positive(value: float | int | None, flag: str) -> float | None:
     if value is not None and not 0 < value < np.inf:
         raise RecordingError(f"{flag} is {value}; it is a positive number")
     return None if value is None else float(value)
@@ -137,7 +137,7 @@ def _stamps(table: Table, column: str, unit_s: float) -> tuple[np.ndarray, float
     return table.numbers(column) * unit_s, table.resolution(column) * unit_s
 
 
-def _input(
+def input_of(
     table: Table, stated: Input, supply_V: float | int | None
 ) -> tuple[np.ndarray, np.ndarray | None, float | None]:
     values = table.numbers(stated.column)
@@ -155,7 +155,7 @@ def _input(
     return volts, duty, None if duty is None else stated.full_scale
 
 
-def _shaft(
+def shaft_of(
     table: Table, names: list[str], scale: Scale, speed: str | None, angle: str | None, count: str | None
 ) -> dict[str, np.ndarray]:
     if speed is not None:

@@ -1,0 +1,68 @@
+"""Several recordings of one motor on one rig as one, so that they are explained together."""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from jaxmotor.recording._recording import Recording, RecordingError, Segment
+
+PAUSE_S = 1.0
+"""Between one recording and the next, of which nothing is known."""
+SHARED = {
+    "period_s": "a period of {} s",
+    "counts_per_rev": "{} counts per turn",
+    "duty_full_scale": "a full scale of duty {}",
+    "supply_V": "a supply of {} V",
+    "drive": "a bridge set to {}",
+    "speed_window_s": "speeds over {} s",
+}
+"""What one rig has one of."""
+MEANS = ("period_s", "speed_window_s")
+"""What must be stated by all or by none: it says how rows are to be read."""
+
+
+def join(recordings: Sequence[Recording]) -> Recording:
+    """`recordings`, of one motor on one rig, end to end.
+
+    What only some of them state is taken for all, except the period and the window of speeds. A pause of a second is
+    put between them.
+
+    **Raises:** `RecordingError` where they were not measured alike, or contradict each other.
+    """
+    if not recordings:
+        raise RecordingError("there is nothing to join; name two recordings or more")
+    first = recordings[0]
+    for other in recordings[1:]:
+        if other.measured != first.measured:
+            raise RecordingError(
+                f"{first.name} holds the {first.measured}, {other.name} the {other.measured}; join what was measured "
+                "alike"
+            )
+    shared = {name: _agreed(recordings, name) for name in SHARED}
+    segments: list[Segment] = []
+    begin = 0.0
+    for recording in recordings:
+        last = max(float(segment.start_s + segment.time_s[-1]) for segment in recording.segments)
+        segments += [dataclasses.replace(one, start_s=begin + one.start_s) for one in recording.segments]
+        begin += last + PAUSE_S
+    header = {key: value for recording in reversed(recordings) for key, value in recording.header.items()}
+    header["joined"] = [Path(recording.source).name for recording in recordings]
+    resets = len(recordings) > 1 or first.count_resets
+    return dataclasses.replace(first, segments=tuple(segments), count_resets=resets, header=header, **shared)
+
+
+def _agreed(recordings: Sequence[Recording], name: str) -> Any:
+    stated = [one for one in recordings if getattr(one, name) is not None]
+    values = {getattr(one, name) for one in stated}
+    if len(values) > 1:
+        one, other = stated[0], next(one for one in stated if getattr(one, name) != getattr(stated[0], name))
+        says = SHARED[name].format(f"{getattr(one, name)}"), SHARED[name].format(f"{getattr(other, name)}")
+        raise RecordingError(
+            f"{one.name} has {says[0]}, {other.name} {says[1]}; only recordings of one rig can be joined"
+        )
+    if name in MEANS and stated and len(stated) < len(recordings):
+        other = next(one for one in recordings if getattr(one, name) is None)
+        what = SHARED[name].format(f"{getattr(stated[0], name)}")
+        raise RecordingError(f"{stated[0].name} has {what}, {other.name} states none; import it again with the same")
+    return values.pop() if values else None

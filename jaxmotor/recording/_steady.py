@@ -1,0 +1,79 @@
+"""Brings a steady-state curve in: speeds that a motor settled at, one for each voltage."""
+
+import os
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from jaxmotor.recording._foreign import input_of, positive, shaft_of
+from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._table import read_table
+from jaxmotor.recording._text import limit_rows
+from jaxmotor.recording._units import Scale, split_input
+
+HOLD_S = 1.0
+
+
+def import_steady(
+    path: str | os.PathLike[str],
+    *,
+    input: str,
+    speed: str,
+    period_s: float | int,
+    hold_s: float | int = HOLD_S,
+    supply_V: float | int | None = None,
+    speed_window_s: float | int | None = None,
+    counts_per_rev: float | int | None = None,
+    wheel_radius_m: float | int | None = None,
+    drive: Literal["brake", "coast"] | None = None,
+) -> Recording:
+    """The steady states in the CSV at `path`, each as a segment in which voltage and speed stay as they are.
+
+    A row says that under a voltage the motor runs at a speed: so it does for the next `hold_s` seconds, whatever the
+    motor is, in ticks of `period_s` (that of the logs it is to be joined with). `input`, `speed` and the other
+    arguments are those of `import_log`.
+
+    **Raises:** `RecordingError`.
+    """
+    scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
+    period, hold = positive(period_s, "--period"), positive(hold_s, "--steady")
+    positive(supply_V, "--supply")
+    assert period is not None and hold is not None
+    ticks = round(hold / period) + 1
+    if ticks < 3:
+        raise RecordingError(f"--steady {hold:g} is less than two periods of {period:g} s; hold the states longer")
+    table = read_table(Path(path))
+    try:
+        names = list(table.cells)
+        volts, _, _ = input_of(table, split_input(input, names), supply_V)
+        speeds = shaft_of(table, names, scale, speed, None, None)["speed_rad_s"]
+    except RecordingError as error:
+        if str(error).startswith(table.source):
+            raise
+        raise RecordingError(f"{table.source}: {error}") from error
+    limit_rows(len(volts) * ticks, table.source)
+    tick = np.arange(ticks)
+    segments = [
+        Segment(
+            kind="other",
+            start_s=number * (hold + period),
+            at_rest=False,
+            parameters={"steady": True},
+            time_s=tick * period,
+            volts=np.full(ticks, volt),
+            tick=tick,
+            speed_rad_s=np.full(ticks, speed_rad_s),
+        )
+        for number, (volt, speed_rad_s) in enumerate(zip(volts, speeds, strict=True))
+    ]
+    return Recording(
+        segments=tuple(segments),
+        source=table.source,
+        period_s=period,
+        counts_per_rev=scale.counts_per_rev,
+        supply_V=None if supply_V is None else float(supply_V),
+        speed_window_s=None if speed_window_s is None else float(speed_window_s),
+        drive=drive,
+        header={"imported": {"log": Path(path).name, "input": input, "speed": speed}},
+    )

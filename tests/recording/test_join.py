@@ -1,0 +1,115 @@
+"""Recordings of one motor joined to one, and steady states as a recording."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from jaxmotor.cli import main
+from jaxmotor.recording import RecordingError, import_log, import_steady, join, read
+
+CURVE = "u,y\n-2,-100.5\n0,0\n1,50\n2,101\n"
+LOG = "t_s,u,y\n" + "".join(f"{0.02 * k:.2f},{1 + k % 2},{40 + k % 7}\n" for k in range(50))
+
+
+@pytest.fixture
+def files(tmp_path):
+    (tmp_path / "curve.csv").write_text(CURVE)
+    (tmp_path / "log.csv").write_text(LOG)
+    return tmp_path
+
+
+def curve_of(files, **changed: Any):
+    flags: dict[str, Any] = {
+        "input": "u:V",
+        "speed": "y:deg/s",
+        "period_s": 0.02,
+        "hold_s": 1.0,
+        "speed_window_s": 0.02,
+    } | changed
+    return import_steady(files / "curve.csv", **flags)
+
+
+def log_of(files, **flags: Any):
+    return import_log(files / "log.csv", time="t_s", input="u:V", speed="y:deg/s", speed_window_s=0.02, **flags)
+
+
+def test_each_steady_state_is_a_segment_that_stays_as_it_is(files):
+    recording = curve_of(files)
+    assert len(recording.segments) == 4
+    assert recording.period_s == 0.02
+    for segment, (volts, speed) in zip(recording.segments, [(-2, -100.5), (0, 0), (1, 50), (2, 101)], strict=True):
+        assert len(segment) == 51
+        assert segment.time_s[-1] == pytest.approx(1.0)
+        assert (segment.volts == volts).all()
+        np.testing.assert_allclose(segment.speed_rad_s, np.deg2rad(speed))
+        assert not segment.at_rest
+    starts = [segment.start_s for segment in recording.segments]
+    assert (np.diff(starts) > 1.0).all()
+
+
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        ({"hold_s": 0.02}, "less than two periods"),
+        ({"hold_s": -1.0}, "--steady is -1"),
+        ({"period_s": 0.0}, "--period is 0"),
+        ({"input": "volts:V"}, "volts"),
+        ({"speed": "y"}, "unit"),
+        ({"hold_s": 1e9}, "rows"),
+    ],
+)
+def test_bad_flags_are_one_sentence(files, changed, sentence):
+    with pytest.raises(RecordingError, match=sentence):
+        curve_of(files, **changed)
+
+
+def test_segments_are_kept_and_follow_each_other(files):
+    log, curve = log_of(files), curve_of(files, supply_V=5.0)
+    joined = join([log, curve])
+    assert len(joined.segments) == 5
+    np.testing.assert_array_equal(joined.segments[0].speed_rad_s, log.segments[0].speed_rad_s)
+    np.testing.assert_array_equal(joined.segments[4].volts, curve.segments[3].volts)
+    ends = [segment.start_s + segment.time_s[-1] for segment in joined.segments]
+    assert all(later.start_s > end for later, end in zip(joined.segments[1:], ends, strict=False))
+    assert joined.supply_V == 5.0
+    assert joined.header["joined"] == ["log.csv", "curve.csv"]
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("period_s", 0.01, "a period of 0.02 s.*a period of 0.01 s.*one rig"),
+        ("drive", "coast", "a bridge set to brake.*a bridge set to coast"),
+        ("speed_window_s", None, "states none"),
+    ],
+)
+def test_what_contradicts_is_refused(files, name, value, sentence):
+    log = log_of(files, drive="brake")
+    other = dataclasses.replace(curve_of(files, drive="brake"), **{name: value})
+    with pytest.raises(RecordingError, match=sentence):
+        join([log, other])
+
+
+def test_what_was_measured_otherwise_is_refused(files):
+    angle = import_log(files / "log.csv", time="t_s", input="u:V", angle="y:deg")
+    with pytest.raises(RecordingError, match=r"holds the speed.*the angle"):
+        join([log_of(files), angle])
+    with pytest.raises(RecordingError, match="nothing to join"):
+        join([])
+
+
+def test_commands_make_one_recording_of_a_log_and_a_curve(files, capsys):
+    one, other, both = (str(files / name) for name in ("one.csv", "other.csv", "both.csv"))
+    shaft = ["--input", "u:V", "--speed", "y:deg/s", "--speed-window", "0.02"]
+    assert main(["import", str(files / "log.csv"), "-o", one, "--time", "t_s", *shaft]) == 0
+    steady = ["--steady", "1", "--period", "0.02"]
+    assert main(["import", str(files / "curve.csv"), "-o", other, *steady, *shaft]) == 0
+    assert main(["join", one, other, "-o", both]) == 0
+    assert "254 rows in 5 segments of 2 recordings" in capsys.readouterr().out
+    assert len(read(both).segments) == 5
+    assert main(["join", one, other, "-o", both]) == 1
+    assert "exists already" in capsys.readouterr().err
+    assert main(["import", str(files / "curve.csv"), "-o", other, "--force", "--steady", "1", *shaft]) == 2
+    assert "--period" in capsys.readouterr().err
