@@ -8,18 +8,20 @@ from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
 from jaxmotor.diagnosis._errors import covariance, effect_errors, linear_errors
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._free import linear_of
-from jaxmotor.diagnosis._held_out import EXPLAINED, HeldOut, kept, worth_of
+from jaxmotor.diagnosis._held_out import HeldOut, kept, worth_of
 from jaxmotor.diagnosis._looks import Look, looks
+from jaxmotor.diagnosis._loops import loop_gains
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._open_world import learn
+from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._score import scored
-from jaxmotor.diagnosis._search import FINE, GAIN, SAME, Found, Named, enough, search
+from jaxmotor.diagnosis._search import EXPLAINED, FINE, GAIN, SAME, Found, Named, Search, enough
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._suspects import secants
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Trace, best_guess, identify
-from jaxmotor.motor import Motor
+from jaxmotor.motor import EFFECTS, Motor
 from jaxmotor.recording import Recording, check
 
 OUTSIDE = 0.6
@@ -45,7 +47,8 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     before = scored(study.solver, linear.motor, recording, study.packed)
     missing = _missing(study, linear.motor, before.traces)
     found_looks = looks(missing, seed)
-    found, held = kept(study, _named(study, linear, found_looks))
+    search = _search(study, linear, found_looks)
+    found, held = kept(study, search.run() if search else Found(linear, linear, ()), search)
     after = scored(study.solver, found.fitted.motor, recording, study.packed)
     left = _missing(study, found.fitted.motor, after.traces) if found.named else missing
     left_looks = looks(left, seed) if found.named else found_looks
@@ -63,6 +66,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         verdict=verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
         whole=worth_of(fit.fitted, before, after, seed),
+        closed_loop=loop_gains(study, found, seed),
         missing=missing,
         looks=found_looks,
         left=left,
@@ -81,12 +85,12 @@ def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | N
         return best_guess(recording, str(refused)), refused
 
 
-def _named(study: Study, linear: Fitted, found: tuple[Look, ...]) -> Found:
-    """The effects; none where something outside the motor moves it, which several effects would seem to explain."""
+def _search(study: Study, linear: Fitted, found: tuple[Look, ...]) -> Search | None:
+    """For effects; none where something outside the motor moves it, which several effects would seem to explain."""
     if any(look.outside and look.share > OUTSIDE for look in found):
-        return Found(linear, linear, ())
+        return None
     rig = rig_of(study.recording, study.trial)
-    return search(study.solver, linear, secants(study.solver, linear, rig))
+    return Search(study.solver, linear, secants(study.solver, linear, rig))
 
 
 def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVolts:
@@ -118,9 +122,10 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
 
 def _rivals(held: HeldOut, found: Found, named: Named) -> tuple[Rival, ...]:
     rivals = []
-    for other in named.rivals[:RIVALS]:
+    others = named.rivals[:RIVALS]
+    drifts = side_by_side(lambda other: held.drift(other.motor, other), others)
+    for other, drift in zip(others, drifts, strict=True):
         name = next(name for name in other.names if name not in found.fitted.names)
-        drift = held.drift(other.motor, other)
         if drift > held.before.drift:
             continue  # it explains nothing
         excess = drift - held.after.drift
@@ -143,7 +148,7 @@ def _experiments(study: Study, found: Found, effects: tuple[FoundEffect, ...]) -
         close = [rival.name for rival in effect.rivals if rival.inseparable]
         for other in named.rivals[:RIVALS]:
             name = next(name for name in other.names if name not in found.fitted.names)
-            if name in close:
+            if name in close and named.name not in EFFECTS[name].contains:
                 pair = (named.name, name)
                 wanted.append(experiment(study.solver, pair, found.fitted.motor, other, study.recording))
     return tuple(sorted(wanted, key=lambda one: -one.chi2_excess))

@@ -6,6 +6,7 @@ from typing import Literal
 from jaxmotor.diagnosis._experiment import Experiment
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
+from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
 from jaxmotor.estimate import Fit, Trace
 from jaxmotor.motor import AbstractEffect, Motor
@@ -53,6 +54,15 @@ class FoundEffect:
         return {name: float(getattr(self.effect, name)) for name in parameters(self.effect)}
 
 
+@dataclasses.dataclass(frozen=True)
+class Intervals:
+    """Scores, and where 95 % of them would be if other segments of their kind had been drawn."""
+
+    chi2_per_sample: Interval
+    rmse_rad_s: Interval
+    fit_percent: Interval
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class Worth:
     """The linear and the extended motor on the same data."""
@@ -60,9 +70,8 @@ class Worth:
     segments: tuple[int, ...]
     before: Score
     after: Score
-    before_interval: Interval
-    """chi2 per sample, if other segments of their kind had been drawn."""
-    after_interval: Interval
+    before_intervals: Intervals
+    after_intervals: Intervals
     drift_before: float
     """chi2 per sample of residuals that add up over twenty ticks."""
     drift_after: float
@@ -90,6 +99,8 @@ class Diagnosis:
     """Both motors refitted without these segments, scored on them."""
     whole: Worth
     """Both fitted to and scored on everything."""
+    closed_loop: tuple[LoopGain, ...]
+    """Both motors in the recording's closed loops."""
     missing: MissingVolts
     """The voltage that the linear motor lacks, window by window."""
     looks: tuple[Look, ...]

@@ -4,18 +4,17 @@ import dataclasses
 
 import numpy as np
 
-from jaxmotor.diagnosis._diagnosis import Worth
+from jaxmotor.diagnosis._diagnosis import Intervals, Worth
 from jaxmotor.diagnosis._free import without_effect
-from jaxmotor.diagnosis._score import Scored, chi2_interval, scored
-from jaxmotor.diagnosis._search import FINE, Found, enough
+from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._score import Scored, chi2_interval, scored, speed_intervals
+from jaxmotor.diagnosis._search import EXPLAINED, FINE, Found, Search, enough
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._split import split
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.motor import Motor
 from jaxmotor.validation import Interval
 
-EXPLAINED = 1.15
-"""chi2 per sample up to which nothing is left over; two laws are not that exact themselves."""
 PAYS = 0.005
 """Of held-out chi2 per sample that an effect must bring."""
 MOST = 0.5
@@ -48,26 +47,26 @@ class HeldOut:
         return self.drift(without_effect(self.fitted.motor, name), self.fitted)
 
 
-def kept(study: Study, found: Found) -> tuple[Found, HeldOut]:
-    """`found` with only those effects that pay on data that was not fitted.
+def kept(study: Study, found: Found, search: Search | None) -> tuple[Found, HeldOut]:
+    """What `search` `found`, with only those effects that pay on data that was not fitted.
 
     Where something is left over, only those that explain most of what was left over without them: a few wrong effects
     together explain a part of almost anything.
     """
     while True:
         held = hold_out(study, found)
-        if not found.named or not held.own:
+        if search is None or not found.named or not held.own:
             return found, held
         after = held.after.drift
         left_over = found.fitted.chi2 > enough(found.fitted.names, EXPLAINED)
-        gains = {name: held.without(name) - after for name in found.fitted.names}
+        names = found.fitted.names
+        gains = dict(zip(names, (gain - after for gain in side_by_side(held.without, names)), strict=True))
         least = {name: MOST * (gain + after - 1) if left_over else PAYS for name, gain in gains.items()}
         worst = min(gains, key=lambda name: gains[name] - least[name])
         if gains[worst] > least[worst]:
             return found, held
-        rest = tuple(named for named in found.named if named.name != worst)
-        fitted = study.solver.fit(without_effect(found.fitted.motor, worst), found.fitted.speeds, FINE)
-        found = Found(found.linear, fitted if rest else found.linear, rest)
+        shorter = study.solver.fit(without_effect(found.fitted.motor, worst), found.fitted.speeds, FINE)
+        found = search.settled(shorter)
 
 
 def hold_out(study: Study, found: Found) -> HeldOut:
@@ -89,15 +88,20 @@ def hold_out(study: Study, found: Found) -> HeldOut:
 
 
 def worth_of(segments: tuple[int, ...], before: Scored, after: Scored, seed: int) -> Worth:
-    def interval(one: Scored) -> Interval:
-        return Interval(one.score.chi2_per_sample, *chi2_interval(one.by_segment, seed))
+    def intervals(one: Scored) -> Intervals:
+        rmse, fit = speed_intervals(one.traces, seed)
+        return Intervals(
+            Interval(one.score.chi2_per_sample, *chi2_interval(one.by_segment, seed)),
+            Interval(one.score.rmse_rad_s, *rmse),
+            Interval(one.score.fit_percent, *fit),
+        )
 
     return Worth(
         segments,
         before.score,
         after.score,
-        interval(before),
-        interval(after),
+        intervals(before),
+        intervals(after),
         before.drift,
         after.drift,
         before.traces,

@@ -6,7 +6,9 @@ from typing import Any
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Worth
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
+from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
+from jaxmotor.validation import Interval
 
 FORMAT = 1
 
@@ -24,6 +26,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "effects": [_effect(found) for found in diagnosis.effects],
         "held_out": _worth(diagnosis.held_out),
         "whole": _worth(diagnosis.whole),
+        "closed_loop": [_loop(gain) for gain in diagnosis.closed_loop],
         "looks_like": None if look is None else {"coordinate": look.coordinate, "text": look.text},
         "missing_volts": {"before": _volts(diagnosis.missing), "after": _volts(diagnosis.left)},
         "looks": {"before": _looks(diagnosis.looks), "after": _looks(diagnosis.left_looks)},
@@ -51,14 +54,17 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
 
 def _worth(worth: Worth) -> dict[str, Any]:
     before, after = worth.before, worth.after
-    return {
+    intervals = {}
+    for when, known in (("before", worth.before_intervals), ("after", worth.after_intervals)):
+        intervals[f"chi2_{when}_interval"] = _limits(known.chi2_per_sample)
+        intervals[f"rmse_rad_s_{when}_interval"] = _limits(known.rmse_rad_s)
+        intervals[f"fit_percent_{when}_interval"] = _limits(known.fit_percent)
+    return intervals | {
         "segments": list(worth.segments),
         "chi2_before": before.chi2_per_sample,
         "chi2_after": after.chi2_per_sample,
         "fit_percent_before": before.fit_percent,
         "fit_percent_after": after.fit_percent,
-        "chi2_before_interval": list(worth.before_interval[1:]),
-        "chi2_after_interval": list(worth.after_interval[1:]),
         "drift_chi2_before": worth.drift_before,
         "drift_chi2_after": worth.drift_after,
         "rmse_rad_s_before": before.rmse_rad_s,
@@ -66,6 +72,32 @@ def _worth(worth: Worth) -> dict[str, Any]:
         "rmse_counts_before": _number(before.rmse_counts),
         "rmse_counts_after": _number(after.rmse_counts),
     }
+
+
+def _loop(gain: LoopGain) -> dict[str, Any]:
+    content: dict[str, Any] = {
+        "segment": gain.before.segment,
+        "kind": gain.before.kind,
+        "reference_rad_s": gain.before.reference_rad_s,
+        "held_out": gain.held_out,
+    }
+    for name in ("rise_time_s", "overshoot_percent", "steady_error_rad_s"):
+        before, after = getattr(gain.before, name), getattr(gain.after, name)
+        content[name] = _number(before.measured.value)
+        content |= _predicted(name, before.predicted, after.predicted)
+    return content | _predicted("rmse_rad_s", gain.before.rmse_rad_s, gain.after.rmse_rad_s)
+
+
+def _predicted(name: str, before: Interval, after: Interval) -> dict[str, Any]:
+    content: dict[str, Any] = {}
+    for when, value in (("before", before), ("after", after)):
+        content[f"{name}_{when}"] = _number(value.value)
+        content[f"{name}_{when}_interval"] = _limits(value)
+    return content
+
+
+def _limits(interval: Interval) -> list[float | None]:
+    return [_number(interval.low), _number(interval.high)]
 
 
 def _volts(missing: MissingVolts) -> dict[str, float | None]:

@@ -47,22 +47,57 @@ def scored(solver: Solver, motor: Motor, recording: Recording, packed: Packed) -
 
 def begins(solver: Solver, motor: Motor) -> np.ndarray:
     """The initial speed of each piece that fits it best under `motor` [rad/s]; zero where it begins at rest."""
-    speeds = np.zeros(solver.pieces)
-    for _ in range(2 if solver.free_pieces else 0):
-        both = np.stack([speeds, speeds + SPEED_STEP])
-        residual, moved = solver.residuals([motor, motor], both, 4)
+    speeds, step = solver.starts, np.zeros_like(solver.starts)
+    least = np.full(len(speeds), np.inf)
+    for _ in range(3 if solver.free_pieces else 0):
+        tried = speeds + step
+        residual, moved = solver.residuals([motor, motor], np.stack([tried, tried + SPEED_STEP]), 4)
+        square = np.bincount(solver.piece, residual**2, solver.pieces)
+        # Near rest friction bends what a speed does; a step that makes a piece worse is not taken.
+        better = square < least
+        speeds, least = np.where(better, tried, speeds), np.where(better, square, least)
         column = (moved - residual) / SPEED_STEP
         size = np.bincount(solver.piece, column**2, solver.pieces)
         right = np.bincount(solver.piece, column * residual, solver.pieces)
-        speeds = speeds - right / np.where(size > 1e-12, size, np.inf)
+        step = np.where(better, -right / np.where(size > 1e-12, size, np.inf), 0.5 * step)
     return speeds
 
 
 def chi2_interval(by_segment: dict[int, tuple[float, int]], seed: int) -> tuple[float, float]:
     """95 % interval of chi2 per sample if the segments had been others of their kind: they are drawn again."""
     squares, counts = (np.array(column, float) for column in zip(*by_segment.values(), strict=True))
-    drawn = np.random.default_rng(seed).integers(0, len(squares), (DRAWS, len(squares)))
-    low, high = np.quantile(squares[drawn].sum(1) / counts[drawn].sum(1), [0.025, 0.975])
+    drawn = _drawn(len(squares), seed)
+    return _limits(squares[drawn].sum(1) / counts[drawn].sum(1))
+
+
+def speed_intervals(traces: tuple[Trace, ...], seed: int) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The same of the RMSE [rad/s] and of the fit [%] of `traces`."""
+    off, size, count = np.zeros((3, max((trace.segment for trace in traces), default=-1) + 1))
+    speeds = np.concatenate([trace.measured_rad_s for trace in traces]) if traces else np.zeros(1)
+    for trace in traces:
+        off[trace.segment] += np.sum((trace.measured_rad_s - trace.simulated_rad_s) ** 2)
+        size[trace.segment] += np.sum((trace.measured_rad_s - speeds.mean()) ** 2)
+        count[trace.segment] += len(trace.measured_rad_s)
+    used = count > 0
+    if not used.any():
+        nothing = float("nan"), float("nan")
+        return nothing, nothing
+    off, size, count = (column[used] for column in (off, size, count))
+    drawn = _drawn(len(off), seed)
+    rmse = np.sqrt(off[drawn].sum(1) / count[drawn].sum(1))
+    varies = np.where(size[drawn].sum(1) > 0, size[drawn].sum(1), np.nan)
+    return _limits(rmse), _limits(100 * (1 - np.sqrt(off[drawn].sum(1) / varies)))
+
+
+def _drawn(number: int, seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, number, (DRAWS, number))
+
+
+def _limits(values: np.ndarray) -> tuple[float, float]:
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return float("nan"), float("nan")
+    low, high = np.quantile(known, [0.025, 0.975])
     return float(low), float(high)
 
 

@@ -5,35 +5,44 @@ two need not be one of them; every effect that is named is tried against each al
 """
 
 import dataclasses
+import functools
+import math
 
 import numpy as np
 
 from jaxmotor.diagnosis._free import with_effect, without_effect
+from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import STEPS, Fitted, Solver, square_of
 from jaxmotor.diagnosis._suspects import Secant, Suspect, suspects
-from jaxmotor.motor.effects import free_size, parameters
+from jaxmotor.motor.effects import EFFECTS, free_size, parameters
 
 LEADERS = 7
 """Effects that are fitted of those that the scores rank, and those that scores judge badly: a law that changes the
 motor as a whole is not a small multiple of anything."""
 ALWAYS = ("electrical_pole", "transport_delay", "coast_drive", "current_limit", "shaft_compliance", "backlash")
+FIRST = 2
+"""Leaders that are fitted with patience before it is known whether anything is left for the others to explain."""
 LATER = 5
 """The same, beside an effect that was found."""
 DOUBT = 2.0
 """chi2 per sample above which that is done."""
 BEAM = 3
-FAR = 12.0
-"""Leaders are extended that leave at most this many times as much over as the best of them."""
+FAR = (12.0, 3.0)
+"""Leaders of one effect, and of two, are extended that leave at most this many times as much over as the best."""
 DEPTH = 3
 """Effects in one motor at most."""
 GAIN = 0.02
 """Of chi2 per sample, and `RELATIVE` of it, that an effect must bring: rounding is not quite white, and effects
 that are not there bring up to 0.008."""
+FEW = 50.0
+"""Of chi2 in all, likewise: a short recording shows less."""
 RELATIVE = 0.01
 SHARE = 0.5
 """Of what is left over that every effect after the first must explain."""
 ENOUGH = 1.03
 """chi2 per sample at which nothing is looked for any more."""
+EXPLAINED = 1.15
+"""chi2 per sample up to which nothing is left over; two laws are not that exact themselves."""
 ROUGH = {"missed_counts": 2.1, "backlash": 1.5}
 """The same where an effect is named whose law is not exact: lost counts are rounded twice, and where in its gap a load
 hangs at the start of an experiment is not known."""
@@ -43,9 +52,17 @@ FINE = 1e-6
 HASTY = 6
 """Steps of a fit where another effect already explains everything: enough for one that would do as well."""
 TIE = 0.003
-"""Difference of costs, in parts of chi2, that decides nothing."""
+"""Difference of costs, in parts of chi2, that decides nothing; and `FOG` of what is left over, while much is."""
+FOG = 0.015
 USUAL = ("coulomb_friction", "transport_delay", "electrical_pole", "dead_zone", "voltage_offset", "load_torque")
 """Of effects that explain a recording equally well, in this order; others come after them."""
+KIN = (
+    ("coulomb_friction", "dead_zone", "voltage_offset", "load_torque"),
+    ("electrical_pole", "sensor_lag", "transport_delay"),
+)
+"""Effects of one size each that are one while the motor turns one way, or changes slowly: where one of them is found,
+the others are near."""
+SMALL = 1e-9
 SAME = (
     {"voltage_offset", "load_torque"},
     {"coulomb_friction", "stiction"},
@@ -79,9 +96,13 @@ def enough(names: tuple[str, ...], otherwise: float) -> float:
 
 
 def cost(fitted: Fitted) -> float:
-    """chi2 per sample, and a price for each parameter: in parts of what is left over, and at the floor a little."""
+    """chi2 per sample, and a price for each parameter: in parts of what is left over, and at the floor a little.
+
+    A parameter that is not there brings 1/n per sample; that of a short recording asks for log(n)/n (Schwarz).
+    """
     number = sum(map(free_size, fitted.template.effects)) + sum(_thresholds(fitted))
-    return fitted.chi2 + number * (0.01 * max(fitted.chi2 - 1, 0.0) + 0.002)
+    count = max(len(fitted.residual), 3)
+    return fitted.chi2 + number * (0.01 * max(fitted.chi2 - 1, 0.0) + max(0.002, math.log(count) / count))
 
 
 def ordered(fitted: list[Fitted]) -> list[Fitted]:
@@ -89,40 +110,53 @@ def ordered(fitted: list[Fitted]) -> list[Fitted]:
     fitted = sorted(fitted, key=cost)
     if not fitted:
         return []
-    limit = cost(fitted[0]) + TIE * max(fitted[0].chi2, 1.0)
+    chi2 = fitted[0].chi2
+    limit = cost(fitted[0]) + TIE * max(chi2, 1.0) + FOG * max(chi2 - enough(fitted[0].names, EXPLAINED), 0.0)
     tied = [one for one in fitted if cost(one) <= limit]
     return sorted(tied, key=_rarity) + fitted[len(tied) :]
+
+
+def _best_each(found: list[Fitted]) -> list[Fitted]:
+    """The best fit of each set of effects, in order."""
+    best: dict[tuple[str, ...], Fitted] = {}
+    for fitted in found:
+        if np.isfinite(fitted.chi2) and (fitted.names not in best or fitted.chi2 < best[fitted.names].chi2):
+            best[fitted.names] = fitted
+    return ordered(list(best.values()))
 
 
 def _rarity(fitted: Fitted) -> tuple[int, ...]:
     return tuple(USUAL.index(name) if name in USUAL else len(USUAL) for name in fitted.names)
 
 
-def search(solver: Solver, linear: Fitted, secants: tuple[Secant, ...]) -> Found:
-    """The effects that the residual of `linear` asks for; none if nothing pays."""
-    return _Search(solver, linear, secants).run()
+class Search:
+    """For the effects that the residual of `linear` asks for. What was fitted once is not fitted again."""
 
-
-class _Search:
     def __init__(self, solver: Solver, linear: Fitted, secants: tuple[Secant, ...]):
         self.solver, self.linear, self.secants = solver, linear, secants
         self.known: dict[frozenset[str], list[Fitted]] = {}
         """Extensions of motors by their effects' names: a stage is not fitted twice."""
 
     def run(self) -> Found:
-        best, beam = self.linear, [self.linear]
+        """The effects; none if nothing pays."""
+        best, beam, halves = self.linear, [self.linear], []
         for depth in range(DEPTH):
             extended = [fitted for base in beam for fitted in self.extensions(base)]
+            extended += [fitted for half in halves for fitted in self.completions(half)]
             beam = _different(ordered(extended))[:BEAM]
+            halves = [fitted for fitted in extended if fitted not in beam and _beside(fitted)]
             if not beam or not _pays(best, beam[0], depth):
                 break
             best = beam[0]
             if best.chi2 < enough(best.names, ENOUGH):
                 break
-            beam = [fitted for fitted in beam if fitted.chi2 - 1 < FAR * max(best.chi2 - 1, GAIN)]
-        best = self.pruned(best)
-        best, named = self.contested(best)
-        return Found(self.linear, self.refined(best), named)
+            beam = [fitted for fitted in beam if fitted.chi2 - 1 < FAR[min(depth, 1)] * max(best.chi2 - 1, GAIN)]
+        return self.settled(self.pruned(best))
+
+    def settled(self, fitted: Fitted) -> Found:
+        """`fitted`, or what does better in its place, with the rivals of each effect."""
+        best, named = self.contested(fitted)
+        return Found(self.linear, self.refined(best) if named else self.linear, named)
 
     def extensions(self, base: Fitted, contest: bool = False) -> list[Fitted]:
         """`base` with one effect more, fitted, the best first; in a contest only what scores well."""
@@ -130,12 +164,30 @@ class _Search:
         if key not in self.known:
             ranked = suspects(base, self.secants)
             leaders = _leaders(base, ranked, contest)
-            found: list[Fitted] = []
-            for name in leaders:
-                explained = any(fitted.chi2 < ENOUGH for fitted in found)
-                found.append(self.best_of(base, ranked[name], explained))
-            self.known[key] = ordered([fitted for fitted in found if np.isfinite(fitted.chi2)])
+            found = side_by_side(lambda name: self.best_of(base, ranked[name], False), leaders[:FIRST])
+            explained = any(fitted.chi2 < ENOUGH for fitted in found)
+            found += side_by_side(lambda name: self.best_of(base, ranked[name], explained), leaders[FIRST:])
+            found += self.likewise(ordered(found)[:1], ranked)
+            self.known[key] = _best_each(found)
         return self.known[key]
+
+    def likewise(self, best: list[Fitted], ranked: dict[str, list[Suspect]]) -> list[Fitted]:
+        """Where the effect that was added last is one of `KIN`, the others in its place, from its own motor."""
+        last = best[0].motor.effects[-1] if best else None
+        kin = next((names for names in KIN if last is not None and last.name in names), ())
+        if last is None or not kin:
+            return []
+        [size] = (abs(float(getattr(last, name))) for name in parameters(last))
+        bare = without_effect(best[0].motor, last.name)
+        barred = _barred(best[0].names[:-1]) | set(best[0].names)
+        others = [name for name in kin if name in ranked and name not in barred]
+        starts = [EFFECTS[name].of(**dict.fromkeys(parameters(EFFECTS[name]), max(size, SMALL))) for name in others]
+        return side_by_side(lambda one: self.solver.fit(with_effect(bare, one), best[0].speeds, COARSE), starts)
+
+    def completions(self, half: Fitted) -> list[Fitted]:
+        """`half`, which alone fits no motor, with what it wants beside it."""
+        ranked = suspects(half, self.secants)
+        return [self.best_of(half, ranked[name], explained=False) for name in _beside(half) if name in ranked]
 
     def best_of(self, base: Fitted, starts: list[Suspect], explained: bool) -> Fitted:
         """`base` with the effect fitted from its best starts; with less patience where another has `explained` all."""
@@ -158,7 +210,7 @@ class _Search:
     def pruned(self, fitted: Fitted) -> Fitted:
         """Without effects that it does not need: those that others took over."""
         while len(fitted.names) > 1:
-            shorter = [self.without(fitted, name) for name in fitted.names]
+            shorter = side_by_side(functools.partial(self.without, fitted), fitted.names)
             best = ordered(shorter)[0]
             if _pays(best, fitted, len(fitted.names) - 1):
                 return fitted
@@ -187,22 +239,37 @@ class _Search:
 
 def _leaders(base: Fitted, ranked: dict[str, list[Suspect]], contest: bool) -> list[str]:
     """Effects worth a fit. Far from the floor scores may mislead; near it they are good to a few parts of the gain."""
-    barred = {name for same in SAME for own in base.names if own in same for name in same}
+    barred = _barred(base.names)
     ranked = {name: starts for name, starts in ranked.items() if name not in barred}
-    order = sorted(ranked, key=lambda name: ranked[name][0].chi2)
+    beside = _beside(base)
+    order = sorted(ranked, key=lambda name: (name not in beside, ranked[name][0].chi2))
     if not base.names:
         return order[:LEADERS] + [name for name in ALWAYS if name in order[LEADERS:]]
     if contest:
         return order[:LATER]
     if base.chi2 > DOUBT:
         return order[:LATER] + [name for name in ALWAYS if name in order[LATER : 2 * LATER]]
-    return [name for name in order if base.chi2 - ranked[name][0].chi2 > 0.5 * GAIN][:LATER]
+    return [name for name in order if name in beside or base.chi2 - ranked[name][0].chi2 > 0.5 * GAIN][:LATER]
+
+
+def _barred(names: tuple[str, ...]) -> set[str]:
+    """Effects that cannot be in a motor with `names`."""
+    return {name for same in SAME for own in names if own in same for name in same}
+
+
+def _beside(fitted: Fitted) -> list[str]:
+    """What its effects want beside them, and it has not."""
+    return [name for effect in fitted.template.effects for name in effect.beside if name not in fitted.names]
 
 
 def _pays(before: Fitted, after: Fitted, number: int) -> bool:
     """`after` is worth one effect more than `before`, which has `number` of them."""
     gain = before.chi2 - after.chi2
-    if gain < GAIN or gain < RELATIVE * before.chi2 or cost(after) > cost(before):
+    if (
+        gain < max(GAIN, FEW / max(len(after.residual), 1))
+        or gain < RELATIVE * before.chi2
+        or cost(after) > cost(before)
+    ):
         return False
     return number == 0 or gain > SHARE * (before.chi2 - 1)
 

@@ -20,6 +20,7 @@ from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 
 STEPS = 25
+FIRST_ROWS = 3
 SPEED_STEP = 0.05
 """Over which initial speeds are differenced [rad/s]."""
 
@@ -68,6 +69,8 @@ class Solver:
         self.pieces = trial.problem.pieces + 1
         self.free_pieces = bool(np.any(lanes.free))
         self.scale = 1 / math.sqrt(trial.variance)
+        self.starts = _first_speeds(trial, self.pieces)
+        """Where the initial speeds of free pieces are sought from (k,) [rad/s]."""
 
     def residuals(self, motors: list[Motor], speeds: np.ndarray, width: int) -> np.ndarray:
         """(k, n) filtered residuals of motors of one structure, `width` of them at a time."""
@@ -76,7 +79,8 @@ class Solver:
             chosen = slice(begin, begin + width)
             found = np.asarray(self._program(motors[chosen], speeds[chosen], width)["drift"])
             parts.append(found.reshape(width, -1)[: len(motors[chosen]), self.cells])
-        return np.concatenate(parts) * self.scale
+        with np.errstate(over="ignore"):
+            return np.concatenate(parts) * self.scale
 
     def plain_of(self, motor: Motor, speeds: np.ndarray) -> np.ndarray:
         """(lane, row) unfiltered residuals [units]; zero where nothing was measured."""
@@ -105,6 +109,8 @@ class Solver:
             starts[-1] += SPEED_STEP
         found = self.residuals([motor_at(template, free) for free in frees], starts, self.width(layout))
         p = len(free)
+        # Wild motors overflow; a step that leads to one is not taken.
+        found = np.where(np.isfinite(found), found, np.nan)
         if both:
             jacobian = (found[1 : p + 1] - found[p + 1 : 2 * p + 1]) / (2 * layout.difference[:, None])
         else:
@@ -117,7 +123,7 @@ class Solver:
     ) -> Fitted:
         """From `motor` until a step promises less than `tolerance` of chi2 (of 1, where that is less), or `steps`."""
         free = free_of(motor)
-        speeds = np.zeros(self.pieces) if speeds is None else speeds
+        speeds = self.starts if speeds is None else speeds
         layout = layout_of(motor.effects)
         at = _At(free, speeds, *self.linearise(motor, free, speeds))
         settled = False
@@ -155,7 +161,7 @@ class Solver:
             step = np.where(beyond, np.clip(at.free + step, layout.low, layout.high) - at.free, step)
             step = _restricted(normal, right, step, beyond)
             step = np.clip(at.free + step, layout.low, layout.high) - at.free
-        promise = float(2 * right @ step - step @ normal @ step)
+        promise = float(2 * right @ step - step @ normal @ step) + square_of(at.residual) - square_of(residual)
         speeds = None if shift is None else -shift[:, 0] - shift[:, 1:] @ step
         return _Step(step, speeds, promise)
 
@@ -196,6 +202,19 @@ class Solver:
 
     def _cost(self, at: "_At", layout: Layout) -> float:
         return square_of(at.residual) + _prior(at.free, layout)
+
+
+def _first_speeds(trial: Trial, pieces: int) -> np.ndarray:
+    """Of each piece that does not begin at rest, the mean of what its first rows show [rad/s]; else zero."""
+    lanes = trial.problem.lanes
+    speeds = np.zeros(pieces)
+    for lane, row in zip(*np.nonzero(np.asarray(lanes.free)), strict=True):
+        cells = (lane, slice(row, row + FIRST_ROWS))
+        used = np.asarray(lanes.valid)[cells] & (np.asarray(lanes.piece)[cells] == lanes.piece[lane, row])
+        if used.any():
+            speeds[lanes.piece[lane, row]] = float(np.asarray(lanes.observed)[cells][used].mean())
+    duration = float(np.median(np.asarray(lanes.duration)))
+    return speeds * float(trial.problem.unit) / (duration if trial.problem.kind == "turn" else 1.0)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -14,27 +14,40 @@ SHORTEST = 60
 
 
 def split(recording: Recording) -> tuple[Recording, tuple[int, ...]]:
-    """The recording, its segments cut in three where there are fewer than three, and the segments to hold out.
+    """The recording, segments of more than a third of its rows cut in three, and the segments to hold out.
 
-    Every third segment of each kind; of fewer than three segments the last third of each. Rests are no segments.
+    Every third segment of each kind; where that is none, of segments that are all cut. Rests are no segments.
     """
-    moving = [index for index, segment in enumerate(recording.segments) if segment.kind != "rest"]
-    if len(moving) < SHARE:
-        recording = _cut(recording)
-        moving = [index for index, segment in enumerate(recording.segments) if segment.kind != "rest"]
-    held_out: list[int] = []
-    for kind in {recording.segments[index].kind for index in moving}:
-        held_out += [index for index in moving if recording.segments[index].kind == kind][SHARE - 1 :: SHARE]
-    return recording, tuple(sorted(held_out))
+    rows = sum(len(recording.segments[index]) for index in _moving(recording))
+    parts = _cut(recording, rows // SHARE + 1)
+    held_out = _thirds(parts)
+    if not held_out:
+        parts = _cut(recording, 0)
+        held_out = _thirds(parts)
+    return parts, held_out
 
 
-def _cut(recording: Recording) -> Recording:
-    segments = [part for segment in recording.segments for part in _parts(segment)]
+def _moving(recording: Recording) -> list[int]:
+    return [index for index, segment in enumerate(recording.segments) if segment.kind != "rest"]
+
+
+def _thirds(recording: Recording) -> tuple[int, ...]:
+    by_kind: dict[str, list[int]] = {}
+    for index in _moving(recording):
+        by_kind.setdefault(recording.segments[index].kind, []).append(index)
+    return tuple(sorted(index for same in by_kind.values() for index in same[SHARE - 1 :: SHARE]))
+
+
+def _cut(recording: Recording, longest: int) -> Recording:
+    """`recording` with its segments longer than `longest` rows cut; itself where none is."""
+    segments = [part for segment in recording.segments for part in _parts(segment, longest)]
+    if len(segments) == len(recording.segments):
+        return recording
     return dataclasses.replace(recording, segments=tuple(segments))
 
 
-def _parts(segment: Segment) -> list[Segment]:
-    if segment.kind == "rest" or len(segment) < SHARE * SHORTEST:
+def _parts(segment: Segment, longest: int) -> list[Segment]:
+    if segment.kind == "rest" or len(segment) < SHARE * SHORTEST or len(segment) <= longest:
         return [segment]
     edges = np.linspace(0, len(segment), SHARE + 1).astype(int).tolist()
     return [_slice(segment, slice(begin, end)) for begin, end in itertools.pairwise(edges)]

@@ -10,6 +10,7 @@ import dataclasses
 import numpy as np
 
 from jaxmotor.diagnosis._free import Layout, with_effect
+from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor.effects import EFFECTS, AbstractEffect, Rig, parameters
 
@@ -39,20 +40,23 @@ class Suspect:
 
 def secants(solver: Solver, base: Fitted, rig: Rig) -> tuple[Secant, ...]:
     """Of every effect that the recording could show."""
-    found: list[Secant] = []
-    for effect in EFFECTS.values():
-        starts = effect.starts(rig)
-        if not starts:
-            continue
-        motors = [with_effect(base.motor, start) for start in starts]
-        speeds = np.repeat(base.speeds[None], len(motors), axis=0)
-        columns = solver.residuals(motors, speeds, WIDTH) - base.residual
-        columns = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
-        paired = any(about["kind"] == "amplitude" for about in parameters(effect).values())
-        size = 2 if paired else 1
-        for begin in range(0, len(starts), size):
-            found.append(Secant(starts[begin : begin + size], columns[begin : begin + size].T))
-    return tuple(found)
+    starts = [effect.starts(rig) for effect in EFFECTS.values()]
+    return tuple(one for of in side_by_side(lambda own: _secants(solver, base, own), starts) for one in of)
+
+
+def _secants(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]) -> list[Secant]:
+    """Of one effect."""
+    if not starts:
+        return []
+    motors = [with_effect(base.motor, start) for start in starts]
+    speeds = np.repeat(base.speeds[None], len(motors), axis=0)
+    columns = solver.residuals(motors, speeds, WIDTH) - base.residual
+    columns = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
+    paired = any(about["kind"] == "amplitude" for about in parameters(starts[0]).values())
+    size = 2 if paired else 1
+    return [
+        Secant(starts[begin : begin + size], columns[begin : begin + size].T) for begin in range(0, len(starts), size)
+    ]
 
 
 def suspects(base: Fitted, found: tuple[Secant, ...]) -> dict[str, list[Suspect]]:

@@ -235,14 +235,28 @@ def _observation(recording: Recording, segments: tuple[int, ...]) -> Observation
         return Observation("turn", 2 * np.pi / recording.counts_per_rev, 1 / 6, True)
     chosen = [recording.segments[index] for index in segments]
     if recording.measured == "angle":
-        unit, _ = resolution([s.angle_rad for s in chosen if s.angle_rad is not None])
+        unit, _ = _common_resolution([s.angle_rad for s in chosen if s.angle_rad is not None])
         return Observation("turn", unit, 1 / 6, False)
-    unit, grid = resolution([s.speed_rad_s for s in chosen if s.speed_rad_s is not None])
+    unit, grid = _common_resolution([s.speed_rad_s for s in chosen if s.speed_rad_s is not None])
     window, period = recording.speed_window_s or 0.0, recording.period_s
     if period is not None and abs(window - period) < 1e-6 * period:
         # The mean over the previous tick is what a count difference is: neighbours share a rounding error.
         return Observation("turn", unit * period * (1.0 if grid else np.sqrt(0.5)), 1 / 6, False, window)
     return Observation("window" if window else "speed", unit, 1 / 12, False, window)
+
+
+def _common_resolution(columns: list[np.ndarray]) -> tuple[float, bool]:
+    """`resolution` of the column that holds the middle row when columns are in its order.
+
+    Columns may come from several logs, each with its own digits; a constant one, a steady state, has none.
+    """
+    moving = [column for column in columns if np.ptp(column) > 0]
+    if not moving:
+        return resolution(columns)
+    own = sorted((*resolution([column]), len(column)) for column in moving)
+    rows = np.cumsum([size for _, _, size in own])
+    unit, grid, _ = own[int(np.searchsorted(rows, rows[-1] / 2))]
+    return unit, grid
 
 
 def resolution(columns: list[np.ndarray]) -> tuple[float, bool]:

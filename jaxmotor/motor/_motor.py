@@ -100,6 +100,15 @@ class SpeedLoop(AbstractController):
         return volts, jnp.clip(memory, -self.limit_V, self.limit_V)
 
 
+class Begin(NamedTuple):
+    """Where the shaft stands before the first row."""
+
+    angle: Float[Array, ""]
+    """For laws locked to it, where it is not measured throughout [rad]."""
+    reading: Float[Array, ""]
+    """Within a count, 0 to 1 [counts]."""
+
+
 class Run(NamedTuple):
     """What a motor with effects did, row by row."""
 
@@ -196,11 +205,13 @@ def simulate_motor(
     controller: AbstractController | None = None,
     count_rad: Float[Array, ""] | None = None,
     used: Int[Array, ""] | None = None,
+    begin: Begin | None = None,
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
     `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
-    that is rounded to counts of `count_rad` [rad] where this is given. Rows from `used` on are not simulated.
+    that is rounded to counts of `count_rad` [rad] where this is given. Rows from `used` on are not simulated. Without
+    `begin` the shaft stands at 0, in the middle of a count.
     """
     setup = _Setup(motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad)
     spans = _spans(setup, duration) if duration.ndim == 0 else None
@@ -208,7 +219,7 @@ def simulate_motor(
     def tick(carry: _Carry, row: _Row) -> tuple[_Carry, Run]:
         return _tick(setup, _spans(setup, row.duration) if spans is None else spans, _begun(setup, carry, row), row)
 
-    _, run = scan_rows(tick, _start(setup, rows.volts.dtype), _inputs(setup.parts, rows, duration), used)
+    _, run = scan_rows(tick, _start(setup, rows.volts.dtype, begin), _inputs(setup.parts, rows, duration), used)
     return run
 
 
@@ -258,12 +269,13 @@ def _spans(setup: _Setup, duration: Scalar) -> _Spans:
     return _Spans(old, new, first, steps + 1, whole.astype(steps.dtype))
 
 
-def _start(setup: _Setup, dtype: Any) -> _Carry:
+def _start(setup: _Setup, dtype: Any, begin: Begin | None) -> _Carry:
     zero = jnp.zeros((), dtype)
+    angle, reading = (zero, zero + 0.5) if begin is None else begin
     memory = tuple(zero for _ in setup.parts.memories)
     past = jnp.zeros(LONGEST_DELAY if setup.parts.delays else 0, dtype)
     control = None if setup.controller is None else setup.controller.begin()
-    return _Carry(setup.resting(zero), memory, past, zero, zero, zero + 0.5, control)
+    return _Carry(setup.resting(zero), memory, past, angle, zero, reading, control)
 
 
 def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:

@@ -24,6 +24,7 @@ from jaxtyping import Array, Float
 from jaxmotor.estimate import bucket
 from jaxmotor.recording import Recording, Segment
 
+OFF_TOGETHER = 3
 GAIN_KEYS = ("gain", "gain_V_s_rad")
 
 
@@ -158,11 +159,29 @@ def compare_with_log(
     """
     assert recording.period_s is not None
     judged = seen & np.isfinite(volts)
-    tolerance = controller.step_V or 0.01 * float(np.nanmax(np.abs(volts)))
     shares = []
-    padded = np.concatenate([speed, np.zeros(bucket(len(speed)) - len(speed))])
     for now in (1.0, 0.0):
-        made = np.asarray(replay(controller.law(recording.period_s, now), jnp.asarray(padded)))[: len(speed)]
-        off = np.abs(made - volts)[judged] > tolerance * (1 + 1e-6)
+        off = _off(controller.law(recording.period_s, now), controller, speed, volts)[judged]
         shares.append((100 * float(off.mean()) if len(off) else 0.0, now))
     return min(shares, key=lambda share: share[0])
+
+
+def agreeing_ticks(
+    controller: Controller, recording: Recording, speed: np.ndarray, volts: np.ndarray, now: float
+) -> int:
+    """The first ticks of a run, in which the header's law with this `now` is the one that ran.
+
+    Until three ticks together are off: the header has one reference, but a rig may have gone on to another.
+    """
+    assert recording.period_s is not None
+    off = _off(controller.law(recording.period_s, now), controller, speed, volts)
+    together = np.convolve(off, np.ones(OFF_TOGETHER), "valid") == OFF_TOGETHER
+    return int(np.argmax(together)) if together.any() else len(speed)
+
+
+def _off(law: Law, controller: Controller, speed: np.ndarray, volts: np.ndarray) -> np.ndarray:
+    """(n,) the law makes another voltage of the speeds than the one that was applied; never where that is lost."""
+    tolerance = controller.step_V or 0.01 * float(np.nanmax(np.abs(volts)))
+    padded = np.concatenate([speed, np.zeros(bucket(len(speed)) - len(speed))])
+    made = np.asarray(replay(law, jnp.asarray(padded)))[: len(speed)]
+    return np.nan_to_num(np.abs(made - volts), nan=0.0) > tolerance * (1 + 1e-6)

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 import pytest
 from diagnosed import GAIN, POLE, RUNS, of
-from made import PERIOD, counted, held, motion, recording, step
+from made import PERIOD, counted, held, motion, recording, sine, step
 
 from jaxmotor import diagnose, identify
 from jaxmotor.diagnosis import looks, missing_volts, to_json
@@ -115,8 +115,19 @@ def test_one_long_segment_is_cut():
     assert [segment.at_rest for segment in parts.segments] == [True, False, False]
 
 
+def test_a_segment_that_outweighs_the_others_is_cut_too():
+    long = ("prbs", {}, held(np.repeat(np.random.default_rng(0).choice([-5.1, 2.0, 5.1], 200), 9)))
+    made = recording(1, runs=[*(step(volts, 90) for volts in (1.0, 2.0, 3.0)), long])
+    parts, held_out = split(made)
+    assert len(parts.segments) == 6 and held_out == (2, 5)
+    assert [segment.kind for segment in parts.segments] == ["step"] * 3 + ["prbs"] * 3
+
+
 def test_a_recording_too_short_to_split_is_said():
-    found = diagnose(recording(0, runs=[step(5.1, 90)]))
+    """Two runs of each kind: more than four in all, so that they are simulated by the programs of longer recordings."""
+    rng = np.random.default_rng(1)
+    noise = [("prbs", {}, held(rng.choice([-5.1, 5.1], 90))) for _ in range(2)]
+    found = diagnose(recording(0, runs=[step(5.1, 90), step(-4.2, 90), sine(7.037, 90), sine(4.021, 90), *noise]))
     assert any("too short to hold" in note for note in found.notes)
 
 

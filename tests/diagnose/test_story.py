@@ -13,7 +13,7 @@ from diagnosed import of
 
 from jaxmotor.bench import load_plan
 from jaxmotor.cli import main
-from jaxmotor.cli._story import WIDTH, diagnosis_text, sentence
+from jaxmotor.cli._story import WIDTH, diagnosis_text
 from jaxmotor.diagnosis import FoundEffect, Rival, extended_model
 from jaxmotor.diagnosis._experiment import experiment
 from jaxmotor.diagnosis._study import study_of
@@ -22,6 +22,7 @@ from jaxmotor.motor.effects import EFFECTS, parameters
 from jaxmotor.present import diagnosis_figures, write_diagnosis
 from jaxmotor.present._before_after import best_gain
 from jaxmotor.recording import write
+from jaxmotor.words import sentence
 
 STRANGE = "\x1b[31m$\\alpha$ {volts_V} \ud800 {0}" + 90 * "x" + ".csv"
 MOST_LINES = 25
@@ -107,7 +108,8 @@ def test_the_story_names_the_cause_and_what_it_is_worth():
         f"lacks {1e3 * found.missing.rms_V:.3g} mV rms at the motor",
         "a torque that depends on the speed",
         "coulomb_friction: dry friction takes",
-        f"fit {held_out.before.fit_percent:.1f} % -> {held_out.after.fit_percent:.1f} %",
+        f"fit {held_out.before.fit_percent:.3g} % [",
+        f"-> {held_out.after.fit_percent:.3g} % [",
         f"{held_out.before.chi2_per_sample:.3g} [",
         "all of segments 2, 5, 10, 13-14, with the models fitted to the others",
         EFFECTS["coulomb_friction"].advice,
@@ -131,7 +133,7 @@ def test_what_to_record_next_is_numbered_as_its_file():
 
 def test_without_a_cause_none_is_named():
     text = diagnosis_text(of("late")[1])
-    assert "it looks like a change at t = " in text and "no cause is named" in text
+    assert "what is missing looks like a change at t = " in text and "no cause is named" in text
     assert "what to do" not in text and "how sure" not in text
 
 

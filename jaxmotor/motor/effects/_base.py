@@ -60,6 +60,10 @@ class AbstractEffect(eqx.Module):
     """What to do about it, for people."""
     stage: ClassVar[int] = 0
     """Effects of one role act in this order, whatever their order in the motor."""
+    beside: ClassVar[tuple[str, ...]] = ()
+    """Effects without which its law fits no motor: they are tried with it first."""
+    contains: ClassVar[tuple[str, ...]] = ()
+    """Effects that are special cases of it."""
     roughness: ClassVar[float] = 0.0
     """Relative error of its parameters that its law's simplifications bring, as blind tests show it."""
     difference: ClassVar[float] = 1e-3

@@ -176,6 +176,7 @@ class CoastDrive(AbstractDriveEffect, AbstractWindingEffect):
         "the bridge lets the motor coast between pulses (fast decay), so speed is not in proportion to the duty"
     )
     advice: ClassVar[str] = "Let the bridge brake between pulses (slow decay) if it can; else simulate with this law."
+    beside: ClassVar[tuple[str, ...]] = ("coulomb_friction",)
     lagless: ClassVar[bool] = True
 
     @classmethod

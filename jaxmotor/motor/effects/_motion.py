@@ -49,6 +49,7 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) (v + (vs - v) exp(-(w/ws)²)): dry friction that is larger near rest (Stribeck)."""
 
     name: ClassVar[str] = "stiction"
+    contains: ClassVar[tuple[str, ...]] = ("coulomb_friction",)
     says: ClassVar[str] = (
         "dry friction takes {volts_V} while turning, {static_volts_V} near rest (below about {stribeck_speed_rad_s})"
     )

@@ -1,0 +1,91 @@
+"""Both motors in closed loops that they were not fitted to: what knowing the effects is worth to a controller."""
+
+import dataclasses
+
+import jax
+import numpy as np
+
+from jaxmotor._precision import to_jax
+from jaxmotor.diagnosis._errors import covariance
+from jaxmotor.diagnosis._free import motor_at
+from jaxmotor.diagnosis._search import FINE, Found
+from jaxmotor.diagnosis._solve import Fitted, Solver
+from jaxmotor.diagnosis._study import Study
+from jaxmotor.diagnosis._trial import supply_of
+from jaxmotor.motor import Motor
+from jaxmotor.validation import LoopOfMotors, controller_of, loop_of_motors
+
+MOST = 4
+"""Loops that are run."""
+MOTORS = 64
+"""As likely as the fitted one."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LoopGain:
+    """One closed loop, run by the controller of the recording's header on both motors."""
+
+    before: LoopOfMotors
+    after: LoopOfMotors
+    held_out: bool
+    """Both were fitted without any closed loop; otherwise the recording has nothing else."""
+
+
+def loop_gains(study: Study, found: Found, seed: int) -> tuple[LoopGain, ...]:
+    """Of the closed-loop segments of the recording whose controller is known, and that begin at rest."""
+    recording = study.recording
+    loops = [index for index, segment in enumerate(recording.segments) if segment.kind == "closed_loop"]
+    controllers = {index: controller_of(recording, index) for index in loops if recording.segments[index].at_rest}
+    known = [(index, one) for index, one in controllers.items() if not isinstance(one, str)][:MOST]
+    if not known:
+        return ()
+    rows = ~study.rows(tuple(loops))
+    own = bool((study.trial.valid & rows).any())
+    solver = Solver(study.trial, rows) if own else study.solver
+    before = _drawn(_refitted(solver, found.linear), study, solver, seed)
+    after = before if not found.named else _drawn(_refitted(solver, found.fitted), study, solver, seed)
+    gains = []
+    for index, controller in known:
+        runs = [
+            loop_of_motors(
+                motors,
+                recording,
+                index,
+                controller,
+                supply_V=supply_of(recording),
+                angle_rad=_angle(study, index),
+                seed=seed,
+            )
+            for motors in ([before] if after is before else [before, after])
+        ]
+        if runs[0] is not None and runs[-1] is not None:
+            gains.append(LoopGain(runs[0], runs[-1], own))
+    return tuple(gains)
+
+
+def _refitted(solver: Solver, fitted: Fitted) -> Fitted:
+    return solver.fit(fitted.motor, fitted.speeds, FINE)
+
+
+def _drawn(fitted: Fitted, study: Study, solver: Solver, seed: int) -> Motor:
+    """A batch: the fitted motor, then others as likely as it."""
+    block = np.asarray(study.packed.lanes.cluster).reshape(-1)[solver.cells]
+    spread = covariance(fitted, block)
+    layout = fitted.layout
+    size, axes = np.linalg.eigh(spread)
+    root = axes * np.sqrt(np.maximum(size, 0.0))
+    moved = np.random.default_rng(seed).standard_normal((MOTORS - 1, len(size))) @ root.T
+    # Whatever is not determined is not drawn from beyond where a fit would step at once.
+    moved = np.clip(moved, -layout.longest, layout.longest)
+    frees = np.clip(fitted.free + np.concatenate([np.zeros((1, len(size))), moved]), layout.low, layout.high)
+    motors = [motor_at(fitted.template, free) for free in frees]
+    return jax.tree.map(lambda *leaves: to_jax(np.stack(leaves)), *motors)
+
+
+def _angle(study: Study, index: int) -> float:
+    """Of the shaft when segment `index` begins [rad]; 0 where it is not known."""
+    if study.trial.angle is None:
+        return 0.0
+    cells = study.packed.segment_of == index
+    row = study.packed.row_of[cells]
+    return float(np.asarray(study.trial.angle)[cells][np.argmin(row)]) if row.size else 0.0
