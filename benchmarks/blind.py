@@ -148,9 +148,10 @@ def _row(name: str, outcomes: list[Outcome]) -> str:
     errors = [error for one in outcomes for error in one.errors_percent]
     inside = [abs(z) < 1.96 for one in outcomes for z in one.z]
     linear = [abs(z) < 1.96 for one in outcomes for z in one.linear_z]
+    off = f"{np.median(errors):.2g}" if errors else ""
     return (
         f"| {name} | {len(outcomes)} | {sum(one.right for one in outcomes)} "
-        f"| {sum(one.chi2_after <= 1.05 for one in outcomes)} | {np.median(errors) if errors else float('nan'):.2g} "
+        f"| {sum(one.chi2_after <= 1.05 for one in outcomes)} | {off} "
         f"| {sum(inside)}/{len(inside)} | {sum(linear)}/{len(linear)} "
         f"| {np.median([one.seconds for one in outcomes]):.1f} |"
     )
