@@ -1,15 +1,23 @@
 """Linear motors identified from measured logs of real hobby gearmotors: the table of docs/real-data.md.
 
-    python benchmarks/real_data.py
+    python benchmarks/real_data.py [--diagnose [LOG...]]
 
 The logs are looked for in $JAXMOTOR_DATA, else in ../shared/data beside the checkout. Each is fitted and scored on
 itself, to compare with fits that others made by hand; the fits by hand are first order without delay or friction.
 """
 
+import argparse
 import os
+import time
 from pathlib import Path
 
-from jaxmotor import JaxmotorError, Recording, identify, import_log
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from jaxmotor import JaxmotorError, Motor, Recording, diagnose, identify, import_log, import_steady, join
+from jaxmotor.cli._runtime import use_compilation_cache
+from jaxmotor.motor import Rows, simulate_motor
 
 FOLDER = Path(os.environ.get("JAXMOTOR_DATA", Path(__file__).parent.parent.parent / "shared" / "data"))
 BY_HAND = {"brake/prbs_open": 78.7, "brake/step_open": 90.3, "coast/prbs_open": 28.3, "coast/step_open": 38.0}
@@ -52,9 +60,83 @@ def row(name: str) -> str:
     )
 
 
+JOINED = "coast/static_gain, prbs_open, step_open"
+DIAGNOSED = ("brake/prbs_open", "coast/prbs_open", "coast/step_open", "coast/stairs_closed", JOINED)
+
+
+def static_curve() -> Recording:
+    """The steady states of the coasting motor."""
+    path = FOLDER / "undcmotor_coast" / "static_gain.csv"
+    return import_steady(
+        path, input="u:V", speed="y:deg/s", period_s=0.02, hold_s=1.0, speed_window_s=0.02, supply_V=5.0
+    )
+
+
+def static_fit(motor: Motor, curve: Recording) -> float:
+    """100 (1 - |y - ŷ|/|y - mean y|) of the speeds [rad/s] at which `motor` settles from rest."""
+    rows = [segment for segment in curve.segments if segment.speed_rad_s is not None]
+    volts = np.array([segment.volts[0] for segment in rows])
+    speeds = np.array([segment.speed_rad_s[0] for segment in rows if segment.speed_rad_s is not None])
+    number = 2000
+
+    def settled(volt: jax.Array) -> jax.Array:
+        ticks = jnp.arange(number)
+        zero = jnp.zeros(number)
+        done = Rows(jnp.full(number, volt), ticks == 0, zero, ticks * 0.02)
+        return simulate_motor(motor, done, jnp.asarray(0.02), jnp.asarray(5.0), 10).speed[-1]
+
+    with jax.enable_x64(True):
+        reached = np.asarray(jax.jit(jax.vmap(settled))(jnp.asarray(volts)))
+    return 100 * (1 - float(np.linalg.norm(speeds - reached) / np.linalg.norm(speeds - speeds.mean())))
+
+
+def angle_fit(found, recording: Recording) -> float | None:
+    """Fit % of the angle where that was logged, from the speeds of the free simulation."""
+    [segment] = recording.segments[:1]
+    if segment.angle_rad is None or len(recording.segments) > 1 or recording.period_s is None:
+        return None
+    [trace] = found.whole.traces_after
+    angle = segment.angle_rad[: len(trace.time_s) + 1] - segment.angle_rad[0]
+    simulated = np.concatenate([[0.0], np.cumsum(trace.simulated_rad_s) * recording.period_s])[: len(angle)]
+    return 100 * (1 - float(np.linalg.norm(angle - simulated) / np.linalg.norm(angle - angle.mean())))
+
+
+def diagnosed(name: str) -> str:
+    curve = static_curve()
+    if name == JOINED:
+        recording = join([measured("coast/prbs_open"), measured("coast/step_open"), curve])
+    else:
+        recording = measured(name)
+    begin = time.perf_counter()
+    found = diagnose(recording)
+    seconds = time.perf_counter() - begin
+    effects = []
+    for effect in found.effects:
+        sizes = ", ".join(f"{value:.3g}" for value in effect.parameters.values())
+        same = [rival.name for rival in effect.rivals if rival.inseparable]
+        effects.append(f"{effect.name} {sizes}".strip() + (f" (or {', '.join(same)})" if same else ""))
+    more = f"; static fit {static_fit(found.motor, curve):.2f}" if name == JOINED else ""
+    angle = angle_fit(found, recording)
+    more += "" if angle is None else f"; angle {angle:.1f}"
+    return (
+        f"| {name} | {'; '.join(effects) or 'none'} | {found.whole.before.fit_percent:.1f} "
+        f"| {found.whole.after.fit_percent:.2f}{more} | {seconds:.0f} |"
+    )
+
+
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--diagnose", nargs="*", metavar="LOG", help="diagnose these instead, or some")
+    chosen = parser.parse_args().diagnose
     if not FOLDER.is_dir():
         print(f"no measured logs in {FOLDER}; name their folder with JAXMOTOR_DATA")
+        return
+    if chosen is not None:
+        use_compilation_cache()
+        print("| log | named | linear, fit % | with it, fit % | s |")
+        print("|---|---|---|---|---|")
+        for name in chosen or DIAGNOSED:
+            print(diagnosed(name), flush=True)
         return
     print("| log | rows | gain [rad/s/V] | pole [rad/s] | offset [mV] | fit % | by hand % |")
     print("|---|---|---|---|---|---|---|")

@@ -16,6 +16,13 @@ class Source(enum.StrEnum):
     sysid = "sysid"
 
 
+class Acts(enum.StrEnum):
+    """When a row's input is applied."""
+
+    after = "after"
+    before = "before"
+
+
 class Drive(enum.StrEnum):
     """What the bridge does between pulses."""
 
@@ -37,6 +44,9 @@ def import_command(
     speed_window: Annotated[float | None, typer.Option(metavar="S", help="Each speed is the mean over it.")] = None,
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For lengths.")] = None,
     drive: Annotated[Drive | None, typer.Option(help="The bridge between pulses.")] = None,
+    input_acts: Annotated[
+        Acts, typer.Option(help="A row's input is applied from it on (after), or was until it (before).")
+    ] = Acts.after,
     steady: Annotated[
         float | None, typer.Option(metavar="S", help="Rows are steady states, each taken to last S seconds.")
     ] = None,
@@ -59,6 +69,8 @@ def import_command(
         "speed_window_s": speed_window,
         "drive": None if drive is None else drive.value,
     }
+    if input_acts is not Acts.after:
+        columns["input_acts"] = input_acts.value
     given = {key: value for key, value in columns.items() if value is not None}
     steady_s = {"hold_s": steady, "period_s": period}
     _check_usage(source, set(given), units, motor, steady_s)
@@ -102,7 +114,7 @@ def _check_usage(
 
 
 def _is_curve(given: set[str]) -> bool:
-    return {"input", "speed"} <= given and not given & {"time", "angle", "count", "segment"}
+    return {"input", "speed"} <= given and not given & {"time", "angle", "count", "segment", "input_acts"}
 
 
 def _summary(recording, output: Path) -> str:

@@ -5,6 +5,7 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
+from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import covariance, effect_errors, linear_errors
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._free import linear_of
@@ -29,6 +30,10 @@ OUTSIDE = 0.6
 RIVALS = 4
 CLOSE = GAIN
 """Excess of drift chi2 per sample below which a rival does as well: less would not have been taken for an effect."""
+EARLY = (
+    "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
+    "on; import it with --input-acts before"
+)
 UNKNOWN = 0.5
 """Relative standard error from which a parameter is not determined."""
 
@@ -73,7 +78,10 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         left_looks=left_looks,
         learned=learn(recording, study.solver, found.fitted) if verdict == "unexplained" else (),
         experiments=_experiments(study, found, effects),
-        notes=_notes(fit.notes if verdict == "unexplained" else check(recording), held, found, effects),
+        notes=(
+            *_notes(fit.notes if verdict == "unexplained" else check(recording), held, found, effects),
+            *([EARLY] if verdict == "unexplained" and is_early(recording, found.fitted) else []),
+        ),
     )
 
 

@@ -30,6 +30,7 @@ def import_log(
     speed_window_s: float | int | None = None,
     wheel_radius_m: float | int | None = None,
     drive: Literal["brake", "coast"] | None = None,
+    input_acts: Literal["after", "before"] = "after",
 ) -> Recording:
     """The recording in the CSV at `path`, whose columns and units are stated.
 
@@ -37,7 +38,9 @@ def import_log(
     need `supply_V`; exactly one of `speed` (`COL:UNIT`), `angle` (`COL:UNIT`) and `count` (`COL`) is given.
     Even time stamps become ticks, uneven ones stay time. Each change of the column `segment` begins a new segment;
     its value is kept as the parameter `label`. A segment is taken to start at rest only where the log shows it: at
-    least its first two rows have zero input, and throughout these rows the shaft does not move.
+    least its first two rows have zero input, and throughout these rows the shaft does not move. `input_acts` says
+    whether a row's input is applied from that row on, or was until it: then it is moved to the row before, and of the
+    last row the input is not known and taken to stay.
 
     **Raises:** `RecordingError`.
     """
@@ -56,11 +59,22 @@ def import_log(
         )
         bounds, labels = _bounds(table, segment)
         _check_time(table, log.stamps[0], bounds)
+        if input_acts == "before":
+            log = dataclasses.replace(log, input=_acted_before(log.input, bounds))
     except RecordingError as error:
         if str(error).startswith(table.source):
             raise
         raise RecordingError(f"{table.source}: {error}") from error
-    flags = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "segment": segment}
+    acts = None if input_acts == "after" else input_acts
+    flags = {
+        "input_acts": acts,
+        "time": time,
+        "input": input,
+        "speed": speed,
+        "angle": angle,
+        "count": count,
+        "segment": segment,
+    }
     return assemble(
         log,
         bounds,
@@ -153,6 +167,16 @@ def input_of(
     duty = table.integers(stated.column)
     volts = (values if duty is None else duty) / stated.full_scale * supply_V
     return volts, duty, None if duty is None else stated.full_scale
+
+
+def _acted_before(
+    given: tuple[np.ndarray, np.ndarray | None, float | None], bounds: np.ndarray
+) -> tuple[np.ndarray, np.ndarray | None, float | None]:
+    """Each segment's inputs, from the row before on."""
+    row = np.arange(1, bounds[-1] + 1)
+    row[bounds[1:] - 1] -= 1
+    volts, duty, full = given
+    return volts[row], None if duty is None else duty[row], full
 
 
 def shaft_of(

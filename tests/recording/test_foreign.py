@@ -326,3 +326,14 @@ def test_command_leaves_no_partial_output(tmp_path):
 )
 def test_wrong_usage(tmp_path, flags):
     assert run(tmp_path / "log.csv", "-o", tmp_path / "m1.csv", *flags).exit_code == 2
+
+
+def test_input_that_acted_before_its_row_is_moved_to_where_it_began(imported):
+    text = "t,u,y,part\n" + "".join(f"{k},{10 * k},{k},{k // 3}\n" for k in range(6))
+    flags = {"time": "t", "input": "u:V", "speed": "y:rad/s", "segment": "part"}
+    after, before = imported(text, **flags), imported(text, input_acts="before", **flags)
+    assert [segment.volts.tolist() for segment in after.segments] == [[0, 10, 20], [30, 40, 50]]
+    assert [segment.volts.tolist() for segment in before.segments] == [[10, 20, 20], [40, 50, 50]]
+    np.testing.assert_array_equal(before.segments[1].speed_rad_s, after.segments[1].speed_rad_s)
+    duties = imported(text, input_acts="before", **(flags | {"input": "u:duty:100"}), supply_V=5.0)
+    assert duties.segments[0].duty is not None and duties.segments[0].duty.tolist() == [10, 20, 20]

@@ -1,0 +1,24 @@
+"""A log whose rows hold the input that was applied until them is told from one whose motor is late."""
+
+import jax
+import numpy as np
+import pytest
+from diagnosed import GAIN, MADE, POLE, hidden
+
+from jaxmotor.diagnosis._early import is_early
+from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._study import study_of
+
+LOGS = {
+    "early": lambda: hidden(0, lambda volts, time: np.append(volts[1:], volts[-1])),
+    "as it was": MADE["clean"],
+    "late": MADE["delay"],
+}
+
+
+@pytest.mark.parametrize(("name", "early"), [("early", True), ("as it was", False), ("late", False)])
+def test_only_a_shaft_that_moves_before_it_is_driven_is_early(name, early):
+    recording = LOGS[name]()
+    with jax.enable_x64(True):
+        linear = study_of(recording, POLE).solver.fit(linear_of(GAIN, POLE))
+        assert is_early(recording, linear) is early
