@@ -6,7 +6,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
 from jaxmotor.diagnosis._early import is_early
-from jaxmotor.diagnosis._errors import covariance, effect_errors, linear_errors
+from jaxmotor.diagnosis._errors import covariance, effect_errors, linear_covariance, linear_errors
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._held_out import HeldOut, kept, worth_of
@@ -67,6 +67,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         linear=linear.motor,
         motor=found.fitted.motor,
         standard_error=linear_errors(found.fitted, spread),
+        covariance=linear_covariance(found.fitted, spread),
         effects=effects,
         verdict=verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),

@@ -3,6 +3,8 @@
 import dataclasses
 from typing import Literal
 
+import numpy as np
+
 from jaxmotor.diagnosis._experiment import Experiment
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
@@ -91,6 +93,8 @@ class Diagnosis:
     """The extended motor; the linear one where the verdict is `complete`."""
     standard_error: dict[str, float]
     """Of the extended motor's linear part: gain_rad_s_V, pole_rad_s, electrical_time_constant_s, viscous_share."""
+    covariance: np.ndarray
+    """(3, 3) of the first three of these."""
     effects: tuple[FoundEffect, ...]
     """The largest held-out gain first."""
     verdict: Verdict

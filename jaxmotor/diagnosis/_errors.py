@@ -50,6 +50,16 @@ def linear_errors(fitted: Fitted, spread: np.ndarray) -> dict[str, float]:
     }
 
 
+def linear_covariance(fitted: Fitted, spread: np.ndarray) -> Float[np.ndarray, "3 3"]:
+    """Of gain [rad/s/V], pole [rad/s] and L/R [s], with `linear_errors` on its diagonal."""
+    motor = fitted.motor
+    slope = np.array([float(motor.linear.gain), float(motor.linear.pole), 1.0])
+    together = spread[:3, :3] * np.outer(slope, slope)
+    errors = list(linear_errors(fitted, spread).values())[:3]
+    np.fill_diagonal(together, np.square(errors))
+    return together
+
+
 def effect_errors(fitted: Fitted, spread: np.ndarray, rig: Rig) -> tuple[dict[str, float], ...]:
     """Of each effect, the standard error of each parameter in its unit."""
     at, found = OWN, []

@@ -15,19 +15,18 @@ SHORTEST_LAG_S = 1e-7
 def extended_model(diagnosis: Diagnosis) -> Model:
     """The motor of `diagnosis` with the effects that were named, fitted to the whole recording.
 
-    Its covariance is that of the stated standard errors: how gain, pole and lag go together is not kept. The viscous
-    share has no place in a model file, and is left out.
+    The viscous share has no place in a model file, and is left out.
     """
-    fit, linear, error = diagnosis.fit, diagnosis.motor.linear, diagnosis.standard_error
+    fit, linear, covariance = diagnosis.fit, diagnosis.motor.linear, diagnosis.covariance
     values = [float(linear.gain), float(linear.pole)]
-    errors = [error["gain_rad_s_V"], error["pole_rad_s"]]
     lag = float(getattr(linear, "electrical_time_constant", 0.0))
     if lag > SHORTEST_LAG_S:
         # Whoever draws motors from the covariance draws the lag's logarithm.
-        values, errors = [*values, lag], [*errors, min(error["electrical_time_constant_s"], lag)]
+        shrink = np.array([1.0, 1.0, min(1.0, lag / max(float(np.sqrt(covariance[2, 2])), 1e-300))])
+        values, covariance = [*values, lag], covariance * np.outer(shrink, shrink)
     return Model(
         linear_motor(values),
-        np.diag(np.square(errors)),
+        covariance[: len(values), : len(values)],
         0.0,
         fit.period_s,
         diagnosis.recording,

@@ -62,8 +62,9 @@ def looks(missing: MissingVolts, key: int = 0) -> tuple[Look, ...]:
         return ()
     makers: list[Callable[[MissingVolts], _View | None]] = [_speed, _voltage, _time, _step, _angle, _periodic, _rates]
     views = [view for view in (maker(missing) for maker in makers) if view is not None]
-    shuffled = _shuffles(missing.volts, key)
-    found = [_judged(view, missing.volts, shuffled, len(views)) for view in views]
+    centred = missing.volts - missing.volts.mean()
+    shuffled = _shuffles(centred, key)
+    found = [_judged(view, centred, shuffled, len(views)) for view in views]
     return tuple(sorted(found, key=lambda look: -look.share))
 
 
@@ -77,8 +78,8 @@ class _View:
     volts: np.ndarray
 
 
-def _judged(view: _View, volts: np.ndarray, shuffled: np.ndarray, number: int) -> Look:
-    found = _share(view.basis, volts[:, None])[0]
+def _judged(view: _View, centred: np.ndarray, shuffled: np.ndarray, number: int) -> Look:
+    found = _share(view.basis, centred[:, None])[0]
     chance = np.quantile(_share(view.basis, shuffled), 1 - LEVEL / number)
     return Look(
         view.coordinate,
@@ -91,22 +92,22 @@ def _judged(view: _View, volts: np.ndarray, shuffled: np.ndarray, number: int) -
     )
 
 
-def _share(basis: np.ndarray, volts: np.ndarray) -> np.ndarray:
-    """(c,) adjusted part of each column of `volts` (n, c) that `basis` explains."""
-    centred = volts - volts.mean(0)
-    whole = (centred**2).sum(0)
+def _share(basis: np.ndarray, centred: np.ndarray) -> np.ndarray:
+    """(c,) adjusted part that `basis` explains of each column of `centred` (n, c); all have one length."""
+    whole = float(centred[:, 0] @ centred[:, 0])
     if basis.ndim == 3:
         pairs = np.einsum("nmp,nc->mpc", basis, centred, optimize=True)
         explained, columns = (pairs**2).sum(1).max(0), 2
     else:
         explained, columns = ((basis.T @ centred) ** 2).sum(0), basis.shape[1]
-    free = len(volts) - 1
+    free = len(centred) - 1
     return 1 - (1 - explained / whole) * free / (free - columns)
 
 
-def _shuffles(volts: np.ndarray, key: int) -> np.ndarray:
+def _shuffles(centred: np.ndarray, key: int) -> np.ndarray:
+    """(n, shuffles)"""
     rng = np.random.default_rng(key)
-    return np.stack([rng.permutation(volts) for _ in range(SHUFFLES)], axis=1)
+    return rng.permuted(np.repeat(centred[None], SHUFFLES, axis=0), axis=1).T
 
 
 def _orthonormal(columns: np.ndarray) -> np.ndarray:

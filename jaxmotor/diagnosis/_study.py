@@ -34,7 +34,13 @@ def study_of(recording: Recording, pole: float) -> Study:
     moving = tuple(
         index for index, segment in enumerate(recording.segments) if segment.kind != "rest" and len(segment) >= 2
     )
-    lanes = 16 if len(moving) > 4 else 4 if len(moving) > 1 else 1
-    packed = pack(recording, moving, ROOMY._replace(lanes=lanes))
+    packed = pack(recording, moving, ROOMY._replace(lanes=_lanes([len(recording.segments[k]) for k in moving])))
     trial = trial_of(recording, packed, pole)
     return Study(recording, packed, trial, Solver(trial))
+
+
+def _lanes(rows: list[int]) -> int:
+    """As many as shorten what is simulated one row after the other; few numbers, for few programs."""
+    if len(rows) == 1:
+        return 1
+    return 16 if len(rows) > 4 and max(rows) < sum(rows) / 4 else 4

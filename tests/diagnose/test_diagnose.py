@@ -12,7 +12,7 @@ from diagnosed import GAIN, POLE, RUNS, of
 from made import PERIOD, counted, held, motion, recording, sine, step
 
 from jaxmotor import diagnose, identify
-from jaxmotor.diagnosis import looks, missing_volts, to_json
+from jaxmotor.diagnosis import extended_model, looks, missing_volts, to_json
 from jaxmotor.diagnosis._split import split
 from jaxmotor.estimate import model_of
 from jaxmotor.validation import score_open_loop
@@ -134,6 +134,16 @@ def test_a_recording_too_short_to_split_is_said():
 def test_identify_and_diagnose_agree_on_the_linear_motor():
     made, found = of("clean")
     assert float(found.linear.linear.gain) == pytest.approx(float(identify(made).motor.gain), rel=1e-3)
+
+
+def test_the_model_file_keeps_how_gain_and_pole_go_together():
+    _, found = of("friction")
+    covariance, error = extended_model(found).covariance, found.standard_error
+    assert np.sqrt(np.diag(covariance))[:2] == pytest.approx([error["gain_rad_s_V"], error["pole_rad_s"]])
+    scale = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(scale, scale)
+    np.testing.assert_allclose(correlation, correlation.T, atol=1e-9)
+    assert np.linalg.eigvalsh(correlation).min() > 0 and 0.05 < abs(correlation[0, 1]) < 1
 
 
 def test_the_json_holds_the_contract():
