@@ -1,7 +1,7 @@
 """What a diagnosis gives: a verdict, the effects found and their rivals, and what the longer model is worth."""
 
 import dataclasses
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from jaxmotor.estimate import Fit, Trace
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LEARNED = 0.5
 """Share of the excess that a learned curve must explain to say what the rest looks like."""
@@ -136,6 +139,13 @@ class Diagnosis:
     def recording(self) -> str:
         """File name."""
         return self.fit.source.rpartition("/")[2]
+
+    def plot(self) -> "dict[str, Figure]":
+        """Figures of what is missing, why, and what knowing it is worth, by name."""
+        # Drawing comes later in the story than finding; only whoever asks for it pays for matplotlib.
+        from jaxmotor.present import diagnosis_figures
+
+        return diagnosis_figures(self)
 
     def __repr__(self) -> str:
         named = ", ".join(found.name for found in self.effects) or "no effect"

@@ -183,7 +183,7 @@ def test_a_lag_at_its_bound_is_left_out():
 
 
 def test_figures_are_those_there_are_data_for():
-    assert set(diagnosis_figures(of("clean")[1])) == {"missing"}
+    assert set(of("clean")[1].plot()) == set(diagnosis_figures(of("clean")[1])) == {"missing"}
     assert set(diagnosis_figures(of("friction")[1])) == {"missing", "causes", "before-after"}
 
 
