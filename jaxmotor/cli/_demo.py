@@ -1,12 +1,9 @@
 """`jaxmotor demo`: the bundled recording through everything."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-
-if TYPE_CHECKING:
-    from jaxmotor.recording import Recording
 
 
 def demo_command(
@@ -26,10 +23,11 @@ def demo_command(
     from jaxmotor.diagnosis import diagnose
     from jaxmotor.estimate import identify, model_of
     from jaxmotor.present import bode_models, save, write_diagnosis, write_fit, write_validation, zoh_bode
+    from jaxmotor.present.report import Story, held_out_runs, write_report
     from jaxmotor.validation import validate
 
     typer.echo(f"The paper's plan on {recording.header['motor']}\n  {recording.header['notes']}\n")
-    held_out = _held_out(recording)
+    held_out = held_out_runs(recording)
     exact = identify(recording, hold_out=held_out)
     typer.echo("1. identify\n" + fit_text(exact, [], []))
     paper = identify(recording, method="paper", hold_out=held_out)
@@ -48,11 +46,7 @@ def demo_command(
     for name, figure in figures.items():
         save(figure, output / f"paper-{name}.png")
         written.append(output / f"paper-{name}.png")
-    typer.echo(f"model and {len(set(written)) - 1} figures are in {output.resolve()}")
-
-
-def _held_out(recording: "Recording") -> list[int]:
-    """Half of the steps, and the loops: what the models are then held against."""
-    kinds = [segment.kind for segment in recording.segments]
-    steps = [index for index, kind in enumerate(kinds) if kind == "step"]
-    return [*steps[len(steps) // 2 :], *(index for index, kind in enumerate(kinds) if kind == "closed_loop")]
+    report = write_report(Story(recording, diagnosis, validation, "", 0), Path(recording.source), output)
+    drawn = sum(path.suffix == ".png" for path in set(written))
+    typer.echo(f"the models and {drawn} figures are in {output.resolve()}")
+    typer.echo(f"all of it on one page: {output.resolve() / report.name}")

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import json as json_module
 import math
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
-    from jaxmotor.validation import ClosedLoop, Comparison, Interval, OpenLoop, Score, StepTrials, Validation
+    from jaxmotor.estimate import Model
+    from jaxmotor.validation import ClosedLoop, Comparison, OpenLoop, Score, StepTrials, Validation
 
 MOST_SEGMENTS = 20
 """Segments of which the open-loop scores are printed one by one."""
+WIDTH = 110
 
 
 def validate_command(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="Model that identify wrote.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="Model that identify or diagnose wrote.")],
     recording: Annotated[Path, typer.Argument(metavar="REC.csv", help="Recording to hold it against.")],
     json: Annotated[bool, typer.Option("--json", help="One JSON object on one line.")] = False,
     output: Annotated[
@@ -51,17 +54,26 @@ def validate_command(
 
 def validation_text(validation: Validation, written: list[Path]) -> str:
     """What `jaxmotor validate` prints."""
-    lines = [f"{validation.recording} against {Path(validation.model.source).name}", *_segments(validation)]
+    head = f"{validation.recording} against {Path(validation.model.source).name}"
+    lines = [head, *_effects(validation.model), *_segments(validation)]
     if validation.open_loop is not None:
         lines += _open_loop(validation.open_loop)
     for steps in validation.steps:
         lines += _steps(steps)
     for loop in validation.closed_loop:
-        lines += _closed_loop(loop)
+        lines += _closed_loop(loop, " of the linear part" if validation.model.effects else "")
     notes = [*validation.notes, *(note for loop in validation.closed_loop for note in loop.notes)]
     lines += [f"  note: {note}" for note in notes]
     lines += [f"  wrote {path}" for path in written]
     return "\n".join(lines)
+
+
+def _effects(model: Model) -> list[str]:
+    from jaxmotor.words import law
+
+    errors = {effect.name: error for effect, error in zip(model.effects, model.effect_errors, strict=False)}
+    laws = [f"with {effect.name}: {law(effect, errors.get(effect.name, {}))}" for effect in model.effects]
+    return [row for text in laws for row in textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ")]
 
 
 def _segments(validation: Validation) -> list[str]:
@@ -76,10 +88,11 @@ def _segments(validation: Validation) -> list[str]:
 
 
 def _open_loop(open_loop: OpenLoop) -> list[str]:
-    floor = "the encoder's rounding" if open_loop.floor_known else "the noise, estimated from the data"
+    from jaxmotor.words import floor
+
     lines = [
         "",
-        f"  open loop (free simulation; chi2 per sample, 1 = {floor})",
+        f"  open loop (free simulation; chi2 per sample, 1 = {floor(open_loop.floor_known)})",
         f"    all         {_score(open_loop.pooled)}",
     ]
     if 1 < len(open_loop.segments) <= MOST_SEGMENTS:
@@ -114,11 +127,9 @@ def _steps(steps: StepTrials) -> list[str]:
     ]
 
 
-def _closed_loop(loop: ClosedLoop) -> list[str]:
+def _closed_loop(loop: ClosedLoop, whose: str) -> list[str]:
     integral = f" + {loop.integral_gain_V_rad:.3g} V/rad" if loop.kind == "PI" else ""
     gains = f"{loop.kind} {loop.gain_V_s_rad:.3g} V s/rad{integral}"
-    theory, offset = loop.theory_error_rad_s, loop.theory_error_with_offset_rad_s
-    beside = f", {offset:.4g} with the voltage offset" if abs(offset - theory.value) > 1e-3 * abs(offset) else ""
     return [
         "",
         f"  closed loop, segment {loop.segment}: {gains}, reference {loop.reference_rad_s:.4g} rad/s",
@@ -133,23 +144,26 @@ def _closed_loop(loop: ClosedLoop) -> list[str]:
                 ("saturated [% of ticks]", loop.saturated_percent, 1.0),
             ]
         ),
-        f"    theory (eq. 21) gives a steady error of {_interval(theory, 1.0)} rad/s{beside}",
+        f"    theory (eq. 21) gives {_theory(loop, whose)}",
     ]
 
 
+def _theory(loop: ClosedLoop, whose: str) -> str:
+    from jaxmotor.words import with_bracket
+
+    theory, offset = loop.theory_error_rad_s, loop.theory_error_with_offset_rad_s
+    if not math.isfinite(theory.value):
+        return "no steady error: the loop has no balance"
+    beside = f", {offset:.4g} with the voltage offset" if abs(offset - theory.value) > 1e-3 * abs(offset) else ""
+    return f"a steady error{whose} of {with_bracket(theory)} rad/s{beside}"
+
+
 def _table(rows: list[tuple[str, Comparison, float]]) -> list[str]:
+    from jaxmotor.words import with_bracket
+
     lines = [f"    {'':24}{'measured':28}predicted"]
     for name, comparison, factor in rows:
         mark = {True: "", False: "  outside", None: ""}[comparison.inside]
-        measured, predicted = _interval(comparison.measured, factor), _interval(comparison.predicted, factor)
+        measured, predicted = (with_bracket(one, factor) for one in (comparison.measured, comparison.predicted))
         lines.append(f"    {name:24}{measured:28}{predicted}{mark}")
     return lines
-
-
-def _interval(interval: Interval, factor: float) -> str:
-    value, low, high = (factor * number for number in interval)
-    if not math.isfinite(value):
-        return "-"
-    if not (math.isfinite(low) and math.isfinite(high)):
-        return f"{value:.4g}"
-    return f"{value:.4g} [{low:.4g}, {high:.4g}]"

@@ -16,11 +16,10 @@ import math
 
 import numpy as np
 
-from jaxmotor._errors import JaxmotorError
 from jaxmotor.control._closed import Closed, highest_of, largest
 from jaxmotor.control._hardware import Hardware
 from jaxmotor.control._sampled import Sampled, sampled_motor
-from jaxmotor.control._speed_design import OVERSHOOT_PERCENT, RIPPLE, TINY, check_wishes, left_out
+from jaxmotor.control._wishes import OVERSHOOT_PERCENT, RIPPLE, TINY, check_wishes, for_bandwidth, left_out
 from jaxmotor.motor import Motor
 
 LEAST_OVERSHOOT = 1e-3
@@ -87,18 +86,14 @@ def design_position_loop(
             and loop.overshoot <= 1.5 * overshoot_percent / 100 + 10 * TINY
         )
 
+    def bandwidth(natural: float) -> float:
+        return closed(natural).bandwidth_Hz(period)
+
     fastest = highest_of(possible, slowest, highest)
     natural, notes = fastest, left_out(motor)
     quiet = RIPPLE * hardware.supply_V
     if bandwidth_Hz is not None:
-        most = closed(fastest).bandwidth_Hz(period)
-        if most < bandwidth_Hz:
-            raise JaxmotorError(
-                f"a bandwidth of {bandwidth_Hz:g} Hz would overshoot by more than {overshoot_percent:g} % with "
-                f"this motor and a period of {1e3 * period:g} ms; at most {most:.3g} Hz are possible: ask for less, "
-                "allow more overshoot, or sample faster"
-            )
-        natural = largest(lambda one: closed(one).bandwidth_Hz(period) <= bandwidth_Hz, slowest, fastest)
+        natural = for_bandwidth(bandwidth, bandwidth_Hz, slowest, fastest, overshoot_percent, hardware)
     elif _ripple(gains(fastest), hardware) > quiet:
         natural = largest(lambda one: _ripple(gains(one), hardware) <= quiet, slowest, fastest)
         notes.append("the bandwidth is limited by the encoder, whose rounding would shake the voltage too much")

@@ -13,21 +13,19 @@ cancelled is left in the response to a load.
 
 import dataclasses
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.control._closed import Closed, largest
-from jaxmotor.control._feed_forward import COMPENSATED
 from jaxmotor.control._hardware import Hardware
-from jaxmotor.control._sampled import LINEAR, Sampled, linear_of, sampled_motor
+from jaxmotor.control._sampled import Sampled, linear_of, sampled_motor
+from jaxmotor.control._wishes import OVERSHOOT_PERCENT, RIPPLE, TINY, check_wishes, for_bandwidth, left_out
 from jaxmotor.motor import Motor
 
-RIPPLE = 0.05
-"""Share of the supply by which the encoder's rounding may shake the voltage (standard deviation), by default."""
-OVERSHOOT_PERCENT = 5.0
-TINY = 1e-3
-"""Overshoot [share] that counts as none."""
+SMALLEST = 1e-4
+"""Loop gain k K [1]."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -86,12 +84,12 @@ def design_speed_loop(
         loop = closed(loop_gain)
         return loop.radius < 1 and loop.overshoot <= overshoot_percent / 100 + TINY
 
-    limit = largest(lambda loop_gain: closed(loop_gain).radius < 1, 1e-4, 1e6)
-    fastest = largest(calm, 1e-4, limit / 2)
+    limit = largest(lambda loop_gain: closed(loop_gain).radius < 1, SMALLEST, 1e6)
+    fastest = largest(calm, SMALLEST, limit / 2)
     gain, notes = fastest, [*left_out(motor)]
     ripple = abs(hardware.speed_noise_rad_s / plant.gain)
     if bandwidth_Hz is not None:
-        gain = _for_bandwidth(closed, bandwidth_Hz, fastest, hardware.period_s, overshoot_percent)
+        gain = _for_bandwidth(closed, bandwidth_Hz, fastest, overshoot_percent, hardware)
     elif gain * ripple > RIPPLE * hardware.supply_V:
         gain = RIPPLE * hardware.supply_V / ripple
         notes.append(
@@ -143,37 +141,16 @@ def slow_pole(motor: Motor) -> float:
     return 2 * pole / (1 + math.sqrt(root)) if root > 0 else 0.5 / lag
 
 
-def check_wishes(bandwidth_Hz: float | None, overshoot_percent: float, hardware: Hardware) -> None:
-    """**Raises:** `JaxmotorError` for a bandwidth or an overshoot that no loop has."""
-    if bandwidth_Hz is not None and not 0 < bandwidth_Hz < 0.5 / hardware.period_s:
-        raise JaxmotorError(
-            f"a bandwidth of {bandwidth_Hz:g} Hz is not between 0 and half the sampling rate of "
-            f"{1 / hardware.period_s:g} Hz; ask for a lower one"
-        )
-    if not 0 <= overshoot_percent <= 60:
-        raise JaxmotorError(f"an overshoot of {overshoot_percent:g} % is not from 0 to 60; 5 is usual")
+def _for_bandwidth(
+    closed: Callable[[float], Closed], wanted: float, fastest: float, allowed_percent: float, hardware: Hardware
+) -> float:
+    def bandwidth(loop_gain: float) -> float:
+        return closed(loop_gain).bandwidth_Hz(hardware.period_s)
 
-
-def left_out(motor: Motor) -> list[str]:
-    """What a linear design does not see of `motor`."""
-    names = [effect.name for effect in motor.effects if effect.name not in LINEAR | COMPENSATED]
-    notes = [f"the gains are designed without {', '.join(names)}; the predicted response has it"] if names else []
-    if any(effect.name == "sensor_lag" for effect in motor.effects):
-        notes.append("sensor_lag is taken as a delay of its time constant in the design of the gains")
-    return notes
-
-
-def _for_bandwidth(closed, wanted: float, fastest: float, period_s: float, overshoot_percent: float) -> float:
-    most = closed(fastest).bandwidth_Hz(period_s)
-    if most < wanted:
-        raise JaxmotorError(
-            f"a bandwidth of {wanted:g} Hz would overshoot by more than {overshoot_percent:g} % with this motor and a "
-            f"period of {1e3 * period_s:g} ms; at most {most:.3g} Hz are possible: ask for less, allow more overshoot, "
-            "or sample faster"
-        )
-    least = closed(1e-4).bandwidth_Hz(period_s)
+    gain = for_bandwidth(bandwidth, wanted, SMALLEST, fastest, allowed_percent, hardware)
+    least = bandwidth(SMALLEST)
     if wanted < least:
         raise JaxmotorError(
             f"the motor alone has a bandwidth of {least:.3g} Hz; a loop does not lower it to {wanted:g} Hz"
         )
-    return largest(lambda gain: closed(gain).bandwidth_Hz(period_s) <= wanted, 1e-4, fastest)
+    return gain

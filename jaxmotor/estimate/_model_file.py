@@ -26,6 +26,7 @@ FORMAT = 1
 LARGEST = 20_000_000
 """Bytes of a model file that are read at most."""
 KEYS = ("gain_rad_s_V", "pole_rad_s", "electrical_time_constant_s")
+SHARE = "viscous_share"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -51,6 +52,8 @@ class Model:
 
     response: FrequencyResponse | None = None
     """What the sines gave, where it came from sines; its leaves are numpy's."""
+    viscous_share: float = 0.0
+    """Of the pole, `Motor.viscous_share` [1]; only effects on the current make it matter."""
 
     @property
     @in_float64
@@ -63,7 +66,7 @@ class Model:
         offset_named = any(effect.name == "voltage_offset" for effect in effects)
         if self.offset_V and not offset_named:
             effects = (*effects, to_numpy(VoltageOffset.of(volts_V=self.offset_V)))
-        return to_numpy(Motor(self.motor, effects, to_jax(0.0)))
+        return to_numpy(Motor(self.motor, effects, to_jax(self.viscous_share)))
 
 
 def model_of(fit: Fit) -> Model:
@@ -113,10 +116,11 @@ def model_to_json(model: Model) -> dict[str, Any]:
     """
     values = [float(v) for v in _parameters(model.motor)]
     errors = np.sqrt(np.maximum(np.diag(model.covariance), 0.0)).tolist()
+    others = {"voltage_offset_V": model.offset_V} | ({SHARE: model.viscous_share} if model.viscous_share else {})
     return {
         "format": FORMAT,
         "recording": model.recording,
-        "model": dict(zip(KEYS, values, strict=False)) | {"voltage_offset_V": model.offset_V},
+        "model": dict(zip(KEYS, values, strict=False)) | others,
         "standard_error": dict(zip(KEYS, errors, strict=False)),
         "covariance": model.covariance.tolist(),
         "effects": effects_to_json(model.effects, model.effect_errors),
@@ -162,6 +166,9 @@ def read_model(path: str | os.PathLike[str]) -> Model:
     numbers = [_number(path, values, key) for key in keys]
     if numbers[0] == 0 or min(numbers[1:]) <= 0:
         raise JaxmotorError(f"{path}: a motor's gain is not zero, and its pole and time constant are positive")
+    share = _number(path, values, SHARE) if SHARE in values else 0.0
+    if not 0 <= share < 1:
+        raise JaxmotorError(f"{path}: {SHARE} is {share:g}, not a share of the pole (from 0 to less than 1)")
     return Model(
         linear_motor(numbers),
         _covariance(path, content, len(numbers)),
@@ -172,6 +179,7 @@ def read_model(path: str | os.PathLike[str]) -> Model:
         str(path),
         *_effects(path, content),
         _read_response(path, content),
+        share,
     )
 
 

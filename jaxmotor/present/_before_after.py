@@ -16,7 +16,7 @@ def before_after(diagnosis: Diagnosis) -> Figure:
     """Measured speed and both motors in free simulation, in the held-out segment that gained most; below, what each
     leaves over. Shows at most 500 rows, those in which the gain is largest."""
     before, after = best_gain(diagnosis)
-    rows = _shown(before, after)
+    rows = most_gained(before, after, MOST_ROWS)
     time, gap = with_gaps(before.time_s[rows])
     figure, axes = panels(2, 3.7, heights=(3, 2))
     speed, left = axes[:, 0]
@@ -46,13 +46,14 @@ def _gain(before: Trace, after: Trace) -> np.ndarray:
     return errors[0] - errors[1]
 
 
-def _shown(before: Trace, after: Trace) -> slice:
+def most_gained(before: Trace, after: Trace, most: int) -> slice:
+    """At most `most` rows, those in which the squared error fell most."""
     size = len(before.time_s)
-    if size <= MOST_ROWS:
+    if size <= most:
         return slice(0, size)
     total = np.concatenate([[0.0], np.cumsum(_gain(before, after))])
-    begin = int(np.argmax(total[MOST_ROWS:] - total[:-MOST_ROWS]))
-    return slice(begin, begin + MOST_ROWS)
+    begin = int(np.argmax(total[most:] - total[:-most]))
+    return slice(begin, begin + most)
 
 
 def _dots() -> dict:

@@ -36,7 +36,7 @@ def missing(diagnosis: Diagnosis) -> Figure:
     """
     figure, axes = panels(2, 4.6, columns=2, share_x=False, share_y=True)
     for ax, (coordinate, label) in zip(axes.flat, COORDINATES.items(), strict=True):
-        known = np.isfinite(_at(diagnosis.missing, coordinate)).all()
+        known = np.isfinite(along(diagnosis.missing, coordinate)).all()
         ax.set_xlabel(label if known else f"{label}: not known")
         _rounding(ax, diagnosis.missing.noise_V)
         extended = bool(diagnosis.effects)
@@ -51,13 +51,28 @@ def missing(diagnosis: Diagnosis) -> Figure:
     return figure
 
 
-def _at(volts: MissingVolts, coordinate: str) -> np.ndarray:
+def along(volts: MissingVolts, coordinate: str) -> np.ndarray:
+    """(n,) one of `COORDINATES` of each window; NaN where it is not known."""
     return {
         "speed": volts.speed_rad_s,
         "voltage": volts.input_V,
         "angle": np.mod(volts.angle_rad, 2 * np.pi),
         "time": volts.time_s,
     }[coordinate]
+
+
+def bin_means(at: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Means of `at` and of `values` in bins that hold about equally many windows."""
+    edges = np.unique(np.quantile(at, np.linspace(0, 1, BINS + 1)))
+    inside = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, max(len(edges) - 2, 0))
+    means = np.array([(at[inside == k].mean(), values[inside == k].mean()) for k in np.unique(inside)])
+    return means[:, 0], means[:, 1]
+
+
+def explained_percent(looks: tuple[Look, ...], coordinate: str) -> float:
+    """Of the variance, by the best look at it; 0 where it is no more than chance."""
+    shares = [look.share for look in looks if look.coordinate == coordinate and look.beyond_chance]
+    return 100 * max(shares, default=0.0)
 
 
 def _rounding(ax: Axes, noise_V: float) -> None:
@@ -69,28 +84,19 @@ def _rounding(ax: Axes, noise_V: float) -> None:
 
 
 def _view(ax: Axes, volts: MissingVolts, coordinate: str, looks: tuple[_style.Look, _style.Look], name: str) -> None:
-    at = _at(volts, coordinate)
+    at = along(volts, coordinate)
     known = np.isfinite(at)
     if not known.any():
         return
     at, missing_mV = at[known], 1e3 * volts.volts[known]
     ax.plot(at, missing_mV, zorder=2, **looks[0])
-    edges = np.unique(np.quantile(at, np.linspace(0, 1, BINS + 1)))
-    inside = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, max(len(edges) - 2, 0))
-    means = [(at[inside == k].mean(), missing_mV[inside == k].mean()) for k in np.unique(inside)]
-    ax.plot(*np.array(means).T, label=name, zorder=4, **looks[1])
+    ax.plot(*bin_means(at, missing_mV), label=name, zorder=4, **looks[1])
 
 
 def _title(diagnosis: Diagnosis, coordinate: str) -> str:
-    before = _explained(diagnosis.looks, coordinate)
+    before = explained_percent(diagnosis.looks, coordinate)
     if not diagnosis.effects:
         return f"{before:.0f} % explained" if before else "no more than chance"
     ratio = (diagnosis.left.rms_V / max(diagnosis.missing.rms_V, 1e-300)) ** 2
-    after = ratio * _explained(diagnosis.left_looks, coordinate)
+    after = ratio * explained_percent(diagnosis.left_looks, coordinate)
     return f"explains {before:.0f} % before, {after:.0f} % after" if before else "no more than chance"
-
-
-def _explained(looks: tuple[Look, ...], coordinate: str) -> float:
-    """Percent; 0 where it is no more than chance."""
-    shares = [look.share for look in looks if look.coordinate == coordinate and look.beyond_chance]
-    return 100 * max(shares, default=0.0)

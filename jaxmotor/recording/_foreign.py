@@ -1,8 +1,10 @@
 """Brings a log from elsewhere in: a CSV with time stamps, an input and a shaft, all units stated."""
 
+import contextlib
 import dataclasses
 import itertools
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
@@ -46,12 +48,10 @@ def import_log(
     """
     _check_choice(speed, angle, count)
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
-    positive(supply_V, "--supply")
-    if speed_window_s is not None and not 0 <= speed_window_s < np.inf:
-        raise RecordingError(f"--speed-window is {speed_window_s}; give seconds, 0 for an instantaneous speed")
+    supply_V, speed_window_s = positive(supply_V, "--supply"), _window(speed_window_s)
     table = read_table(Path(path))
-    try:
-        names = list(table.cells)
+    names = list(table.cells)
+    with _about(table.source):
         log = Log(
             stamps=_stamps(table, *split_time(time, names)),
             input=input_of(table, split_input(input, names), supply_V),
@@ -59,22 +59,9 @@ def import_log(
         )
         bounds, labels = _bounds(table, segment)
         _check_time(table, log.stamps[0], bounds)
-        if input_acts == "before":
-            log = dataclasses.replace(log, input=_acted_before(log.input, bounds))
-    except RecordingError as error:
-        if str(error).startswith(table.source):
-            raise
-        raise RecordingError(f"{table.source}: {error}") from error
-    acts = None if input_acts == "after" else input_acts
-    flags = {
-        "input_acts": acts,
-        "time": time,
-        "input": input,
-        "speed": speed,
-        "angle": angle,
-        "count": count,
-        "segment": segment,
-    }
+    if input_acts == "before":
+        log = dataclasses.replace(log, input=_acted_before(log.input, bounds))
+    stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "segment": segment}
     return assemble(
         log,
         bounds,
@@ -83,13 +70,28 @@ def import_log(
         source=table.source,
         counts_per_rev=scale.counts_per_rev,
         duty_full_scale=log.input[2],
-        supply_V=None if supply_V is None else float(supply_V),
-        speed_window_s=None if speed_window_s is None else float(speed_window_s),
+        supply_V=supply_V,
+        speed_window_s=speed_window_s,
         drive=drive,
-        header={
-            "imported": {"log": Path(path).name} | {key: value for key, value in flags.items() if value is not None}
-        },
+        header={"imported": _how(Path(path), input_acts, stated)},
     )
+
+
+def _how(path: Path, input_acts: str, stated: dict[str, str | None]) -> dict[str, str]:
+    """The log and how it was read, for the header: only what was stated."""
+    acts = {} if input_acts == "after" else {"input_acts": input_acts}
+    return {"log": path.name} | acts | {key: value for key, value in stated.items() if value is not None}
+
+
+@contextlib.contextmanager
+def _about(source: str) -> Iterator[None]:
+    """Errors inside say which log they are about."""
+    try:
+        yield
+    except RecordingError as error:
+        if str(error).startswith(source):
+            raise
+        raise RecordingError(f"{source}: {error}") from error
 
 
 @dataclasses.dataclass(frozen=True)
@@ -144,6 +146,12 @@ def _check_choice(speed: str | None, angle: str | None, count: str | None) -> No
 def positive(value: float | int | None, flag: str) -> float | None:
     if value is not None and not 0 < value < np.inf:
         raise RecordingError(f"{flag} is {value}; it is a positive number")
+    return None if value is None else float(value)
+
+
+def _window(value: float | int | None) -> float | None:
+    if value is not None and not 0 <= value < np.inf:
+        raise RecordingError(f"--speed-window is {value}; give seconds, 0 for an instantaneous speed")
     return None if value is None else float(value)
 
 

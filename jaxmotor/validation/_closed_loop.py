@@ -9,10 +9,12 @@ import numpy as np
 from jaxmotor.estimate import Model, bucket
 from jaxmotor.recording import Recording
 from jaxmotor.validation._controller import Controller, compare_with_log, on_ticks
-from jaxmotor.validation._draws import alone, interval, psi_of, relative_root, spread
+from jaxmotor.validation._draws import alone, draw_motors, interval, psi_of, relative_root, spread
+from jaxmotor.validation._effects_loop import Place, run_loops
 from jaxmotor.validation._loop_simulation import Sensor, simulate_loops
 from jaxmotor.validation._open_loop import initial_speed
 from jaxmotor.validation._response import Measures, Rows, measure, tail_of
+from jaxmotor.validation._shaft import bridge_supply, shaft_angles, warmth
 from jaxmotor.validation._validation import Band, ClosedLoop, Comparison, Interval
 
 OFF_PERCENT = 5.0
@@ -41,6 +43,19 @@ class Runs(NamedTuple):
     """[V]"""
 
 
+class Ran(NamedTuple):
+    """What ran, and for how long."""
+
+    recording: Recording
+    segment: int
+    controller: Controller
+    now: float
+    """Of the controller's law."""
+    begins_at: float
+    """[rad/s]"""
+    ticks: int
+
+
 def validate_closed_loop(
     model: Model, recording: Recording, index: int, controller: Controller, key: jax.Array, simulations: int
 ) -> ClosedLoop:
@@ -50,7 +65,8 @@ def validate_closed_loop(
     begins_at = 0.0 if segment.at_rest else initial_speed(model, recording, index)
     measured = Measured(*on_ticks(recording, segment, begins_at))
     off, now = compare_with_log(controller, recording, *measured)
-    runs = _simulated(model, recording, controller, len(measured.speed), now, begins_at, key, simulations)
+    ran = Ran(recording, index, controller, now, begins_at, len(measured.speed))
+    runs = _simulated(model, ran, key, simulations)
     speed, volts = runs.speed[1:], runs.volts[1:]
     time = np.arange(len(measured.speed)) * recording.period_s
     own, first, predicted = _responses(runs.speed, measured.speed, time, begins_at)
@@ -81,34 +97,39 @@ def validate_closed_loop(
         theory_error_rad_s=_theory(model, controller),
         theory_error_with_offset_rad_s=_theory_with_offset(model, controller),
         saturated_percent=_compare(_saturated(measured.volts[logged][None], controller), saturated),
-        notes=_notes(recording, index, controller, measured, off, runs, first),
+        notes=(*_notes(recording, index, controller, measured, off, runs, first), *_effect_notes(model, ran)),
     )
 
 
-def _simulated(
-    model: Model,
-    recording: Recording,
-    controller: Controller,
-    number: int,
-    now: float,
-    begins_at: float,
-    key: jax.Array,
-    simulations: int,
-) -> Runs:
-    """(1 + simulations, `number` of ticks), the ideal run of the model first."""
+def _simulated(model: Model, ran: Ran, key: jax.Array, simulations: int) -> Runs:
+    """(1 + simulations, number of ticks), the ideal run of the model first."""
+    if model.effects:
+        return _simulated_with_effects(model, ran, key, simulations)
+    recording = ran.recording
     assert recording.period_s is not None
     runs = simulate_loops(
         jnp.asarray(psi_of(model)),
         jnp.asarray(relative_root(model)),
         simulations + 1,
-        controller.law(recording.period_s, now),
+        ran.controller.law(recording.period_s, ran.now),
         _sensor(recording),
-        jnp.asarray(begins_at),
+        jnp.asarray(ran.begins_at),
         jnp.asarray(recording.period_s),
-        jnp.zeros(bucket(number)),
+        jnp.zeros(bucket(ran.ticks)),
         key,
     )
-    return Runs(*(np.asarray(values)[:, :number] for values in runs))
+    return Runs(*(np.asarray(values)[:, : ran.ticks] for values in runs))
+
+
+def _simulated_with_effects(model: Model, ran: Ran, key: jax.Array, simulations: int) -> Runs:
+    recording, angles, warm = ran.recording, shaft_angles(ran.recording), warmth(model.whole, ran.recording)
+    angle, rise = (0.0 if columns is None else columns[ran.segment][0] for columns in (angles, warm))
+    place = Place.of(bridge_supply(recording), ran.begins_at, float(angle), float(rise))
+    of_motors, of_encoders = jax.random.split(key)
+    motors = draw_motors(model, simulations + 1, of_motors)
+    rounded, seed = np.arange(simulations + 1) > 0, int(jax.random.bits(of_encoders))
+    runs = run_loops(motors, rounded, ran.ticks, (recording, ran.controller, ran.now), place, seed)
+    return Runs(runs["counted"], runs["volts"])
 
 
 def _sensor(recording: Recording) -> Sensor:
@@ -215,6 +236,15 @@ def _notes(
     if controller.kind == "PI" and not segment.at_rest:
         notes.append(f"{where}: it begins in motion; the integral is taken to begin at zero")
     return (*notes, *_steady_notes(where, controller, runs, ideal, measured.speed[0]))
+
+
+def _effect_notes(model: Model, ran: Ran) -> list[str]:
+    if not model.effects or not _sensor(ran.recording).instantaneous:
+        return []
+    return [
+        f"segment {ran.segment}: speeds were logged as they are at the tick; with effects the controller is simulated "
+        "on the mean over the tick before"
+    ]
 
 
 def _steady_notes(where: str, controller: Controller, runs: Runs, ideal: Measures, begins_at: float) -> list[str]:

@@ -23,6 +23,8 @@ MOST_STEPS = 10
 """Per tick."""
 FEWEST = 20
 """Ticks of a run that says something."""
+FINE_RAD = 1e-9
+"""A count too small to matter, where there is no encoder."""
 
 
 class HeaderLaw(AbstractController):
@@ -43,18 +45,41 @@ class Rig(NamedTuple):
     """What the motors of one run share."""
 
     law: Law
-    supply: Float[Array, ""]
     period: Float[Array, ""]
-    unit: Float[Array, ""]
-    """One count [rad]."""
     steps: Int[Array, ""]
     """Per tick."""
     used: Int[Array, ""]
     """Ticks of the run; the others are padding."""
+    place: "Place"
+
+
+class Place(NamedTuple):
+    """Where a run begins, and on which supply."""
+
+    supply: Float[Array, ""]
+    """[V]"""
     speed: Float[Array, ""]
-    """At its first tick [rad/s]."""
+    """[rad/s]"""
     angle: Float[Array, ""]
-    """The same [rad]."""
+    """Of the shaft, for laws locked to it [rad]."""
+    warmth: Float[Array, ""]
+    """The winding's relative rise of resistance."""
+
+    @classmethod
+    def of(cls, supply_V: float, speed_rad_s: float, angle_rad: float, warmth: float = 0.0) -> "Place":
+        """From plain numbers."""
+        return cls(*(to_jax(np.float64(value)) for value in (supply_V, speed_rad_s, angle_rad, warmth)))
+
+
+class Each(NamedTuple):
+    """What each run has for itself."""
+
+    reading: Float[Array, " batch"]
+    """Where the encoder stands within a count."""
+    unit: Float[Array, " batch"]
+    """One count [rad]."""
+    step: Float[Array, " batch"]
+    """One duty [V]; 0 where the command is not quantised."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -78,27 +103,52 @@ class LoopOfMotors:
 
 
 @program
-def loops_program(motors: Motor, readings: Float[Array, " batch"], reference: Float[Array, " n"], rig: Rig) -> Arrays:
-    """(batch, n) what the controller sees of each of `motors` [rad/s], and the same of one that need not count."""
+def loops_program(motors: Motor, each: Each, reference: Float[Array, " n"], rig: Rig) -> Arrays:
+    """(batch, n) what the controller sees of each of `motors` [rad/s], the same of one that need not count, and what
+    it applies [V]."""
+    ticks, place = jnp.arange(reference.shape[0]), rig.place
+    first = ticks == 0
+    initial, warmth = (jnp.where(first, value, 0.0) for value in (place.speed, place.warmth))
+    rows = Rows(reference, first, initial, ticks.astype(reference.dtype) * rig.period, warmth=warmth)
 
-    def run(motor: Motor, reading: Float[Array, ""]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-        ticks = jnp.arange(reference.shape[0])
-        first = ticks == 0
-        initial = jnp.where(first, rig.speed, 0.0)
-        rows = Rows(reference, first, initial, ticks.astype(reference.dtype) * rig.period)
-        begin = Begin(rig.angle, reading)
-        control = HeaderLaw(rig.law)
-        done = simulate_motor(motor, rows, rig.period, rig.supply, rig.steps, control, rig.unit, rig.used, begin)
-        counted = jnp.diff(jnp.floor(reading + jnp.cumsum(done.seen_turn) / rig.unit), prepend=0.0) * rig.unit
-        return _before(counted / rig.period, rig.speed), _before(done.seen_turn / rig.period, rig.speed)
+    def run(motor: Motor, own: Each) -> tuple[Float[Array, " n"], ...]:
+        control, begin = HeaderLaw(rig.law._replace(step=own.step)), Begin(place.angle, own.reading)
+        done = simulate_motor(motor, rows, rig.period, place.supply, rig.steps, control, own.unit, rig.used, begin)
+        counted = jnp.diff(jnp.floor(own.reading + jnp.cumsum(done.seen_turn) / own.unit), prepend=0.0) * own.unit
+        seen = (_before(turned / rig.period, place.speed) for turned in (counted, done.seen_turn))
+        return *seen, done.volts
 
-    counted, smooth = jax.vmap(run)(motors, readings)
-    return {"counted": counted, "smooth": smooth}
+    counted, smooth, volts = jax.vmap(run)(motors, each)
+    return {"counted": counted, "smooth": smooth, "volts": volts}
 
 
 def _before(speed: Float[Array, " n"], first: Float[Array, ""]) -> Float[Array, " n"]:
     """What the controller sees at a tick is the tick before."""
     return jnp.concatenate([first[None], speed[:-1]])
+
+
+def run_loops(
+    motors: Motor, rounded: np.ndarray, number: int, rig: tuple[Recording, Controller, float], place: Place, seed: int
+) -> dict[str, np.ndarray]:
+    """`loops_program` for `number` ticks of a batch of `motors`, whose encoders begin anywhere within a count.
+
+    `rig` is the recording, its controller, and which `now` of its law ran. Where `rounded` (batch,) is false neither
+    counts nor duties are.
+    """
+    recording, controller, now = rig
+    period, counts = recording.period_s, recording.counts_per_rev
+    assert period is not None
+    law, pole = controller.law(period, now), float(np.asarray(motors.linear.pole)[0])
+    each = Each(
+        to_jax(np.random.default_rng(seed).random(len(rounded))),
+        to_jax(np.where(rounded, 2 * np.pi / counts if counts else FINE_RAD, FINE_RAD)),
+        to_jax(np.where(rounded, controller.step_V, 0.0)),
+    )
+    steps = min(steps_for(period, pole), MOST_STEPS)
+    shared = Rig(law, to_jax(np.float64(period)), to_jax(np.int32(steps)), to_jax(np.int32(number)), place)
+    reference = to_jax(np.full(bucket(number), controller.reference_rad_s))
+    runs = loops_program(motors, each, reference, shared)
+    return {name: np.asarray(values)[:, :number] for name, values in runs.items()}
 
 
 def loop_of_motors(
@@ -125,25 +175,10 @@ def loop_of_motors(
     if number < FEWEST:
         return None
     measured, seen = measured[:number], seen[:number]
-    law = controller.law(recording.period_s, now)
-    poles = np.asarray(motors.linear.pole)
-    reference = np.full(bucket(number), controller.reference_rad_s)
-    readings = np.random.default_rng(seed).random(len(poles))
-    counts = recording.counts_per_rev
-    rig = Rig(
-        Law(*(to_jax(np.asarray(value, float)) for value in law)),
-        to_jax(np.float64(supply_V)),
-        to_jax(np.float64(recording.period_s)),
-        # Without an encoder a count is too small to matter.
-        to_jax(np.float64(2 * np.pi / counts if counts else 1e-9)),
-        to_jax(np.int32(min(steps_for(recording.period_s, float(poles[0])), MOST_STEPS))),
-        to_jax(np.int32(number)),
-        to_jax(np.float64(begins_at_rad_s)),
-        to_jax(np.float64(angle_rad)),
-    )
-    runs = loops_program(motors, to_jax(readings), to_jax(reference), rig)
-    speed = np.asarray(runs["counted"])[:, :number]
-    ideal = np.asarray(runs["smooth"])[0, :number]
+    rounded = np.ones(np.shape(motors.linear.pole), bool)
+    place = Place.of(supply_V, begins_at_rad_s, angle_rad)
+    runs = run_loops(motors, rounded, number, (recording, controller, now), place, seed)
+    ideal, speed = runs["smooth"][0], runs["counted"]
     return _compared(index, controller, recording.period_s, measured, seen, ideal, speed, begins_at_rad_s)
 
 

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-from jaxmotor.estimate import Model
+from jaxmotor.estimate import Model, effects_to_json
 from jaxmotor.motor import SecondOrder
 from jaxmotor.validation._validation import ClosedLoop, Comparison, Interval, OpenLoop, Score, StepTrials, Validation
 
@@ -20,6 +20,7 @@ def to_json(validation: Validation) -> dict[str, Any]:
         "model_file": Path(model.source).name,
         "model_recording": model.recording,
         "model": _model(model),
+        "effects": effects_to_json(model.effects, model.effect_errors),
         "fitted_segments": list(validation.fitted),
         "scored_segments": list(validation.scored),
         "skipped_segments": [

@@ -6,6 +6,7 @@ import numpy as np
 from jaxmotor.estimate import Model, Packed, Trace, as_problem, fit_percent, pack, pieces_of, traces_of
 from jaxmotor.recording import Recording
 from jaxmotor.validation._draws import psi_of
+from jaxmotor.validation._effects_open import follow_with_effects
 from jaxmotor.validation._follow import follow
 from jaxmotor.validation._validation import OpenLoop, Score
 
@@ -17,8 +18,7 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     it best: one number for each. The model's voltage offset counts as part of the rig.
     """
     packed = pack(recording, segments)
-    _, off = follow(as_problem(packed), jnp.asarray(psi_of(model)))
-    residual = np.asarray(off)
+    _, residual = followed(model, recording, packed)
     scored = np.unique(packed.segment_of[packed.lanes.valid])
     free = packed.segment_of[packed.lanes.free > 0]
     traces = traces_of(packed, residual)
@@ -42,8 +42,16 @@ def pooled_score(recording: Recording, packed: Packed, residual: np.ndarray, tra
 def initial_speed(model: Model, recording: Recording, segment: int) -> float:
     """Speed [rad/s] at the first row of `segment` that fits its first piece best under the logged voltage."""
     packed = pack(recording, (segment,))
-    speeds, _ = follow(as_problem(packed), jnp.asarray(psi_of(model)))
+    speeds, _ = followed(model, recording, packed)
     return float(speeds[0])
+
+
+def followed(model: Model, recording: Recording, packed: Packed) -> tuple[np.ndarray, np.ndarray]:
+    """Initial speed of each piece (k,) [rad/s], and measured minus simulated (lane, row) [units]."""
+    if model.effects:
+        return follow_with_effects(model, recording, packed)
+    speeds, off = follow(as_problem(packed), jnp.asarray(psi_of(model)))
+    return np.asarray(speeds), np.asarray(off)
 
 
 def has_pieces(recording: Recording, segment: int) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 from jaxmotor.estimate import Model, student_t
 from jaxmotor.recording import Recording, Segment
 from jaxmotor.validation._draws import interval, psi_of, relative_root, spread
+from jaxmotor.validation._effects_open import mean_of_motors
 from jaxmotor.validation._response import Measures, Rows, measure, tail_of
 from jaxmotor.validation._trials import Trials, mean_of_trials, trials_of
 from jaxmotor.validation._validation import Band, Comparison, Interval, StepTrials
@@ -17,7 +18,7 @@ def validate_steps(
 ) -> StepTrials:
     """`segments` (indices), all trials of one step."""
     trials = trials_of(recording, segments)
-    encoded, nominal, speeds = _simulated(trials, model, key, simulations)
+    encoded, nominal, speeds = _simulated(trials, model, recording, key, simulations)
     present = np.asarray(np.isfinite(trials.measured).any(axis=0))
     mean, half_width = _measured_band(trials, present)
     rows = _rows(trials, recording.segments[segments[0]], present, nominal, speeds)
@@ -37,20 +38,24 @@ def validate_steps(
 
 
 def _simulated(
-    trials: Trials, model: Model, key: jax.Array, simulations: int
+    trials: Trials, model: Model, recording: Recording, key: jax.Array, simulations: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(simulation, size) mean of the trials as the encoder shows it; (size,) of the model itself without one; (k,)
     initial speeds. All [rad/s]."""
-    encoded, exact, speeds = mean_of_trials(
-        trials.problem,
-        jnp.asarray(trials.bins),
-        jnp.asarray(trials.scale),
-        len(trials.time_s),
-        jnp.asarray(psi_of(model)),
-        jnp.asarray(relative_root(model)),
-        simulations + 1,
-        key,
-    )
+    number = simulations + 1
+    if model.effects:
+        encoded, exact, speeds = mean_of_motors(model, recording, trials, number, key)
+    else:
+        encoded, exact, speeds = mean_of_trials(
+            trials.problem,
+            jnp.asarray(trials.bins),
+            jnp.asarray(trials.scale),
+            len(trials.time_s),
+            jnp.asarray(psi_of(model)),
+            jnp.asarray(relative_root(model)),
+            number,
+            key,
+        )
     return np.asarray(encoded)[1:], np.asarray(exact)[0], np.asarray(speeds)
 
 

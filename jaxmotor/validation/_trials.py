@@ -105,14 +105,26 @@ def mean_of_trials(
 
     def draw(both):
         psi, key = both
-        exact = predict(psi, speeds, problem)
-        curves = jnp.stack([as_encoded(exact, problem, key), exact], axis=-1) * scale[..., None]
-        sums = jnp.concatenate([curves, jnp.ones_like(curves[..., :1])], axis=-1).reshape(-1, 3)
-        sums = jax.ops.segment_sum(sums, bins.reshape(-1), num_segments=size + 1)[:-1]
-        return tuple((sums[:, :2] / jnp.maximum(sums[:, 2:], 1.0)).T)
+        return averaged(predict(psi, speeds, problem), problem, bins, scale, size, key)
 
     drawn = (draw_psi(psi, root, number, motors), jax.random.split(encoder, number))
     return *jax.lax.map(draw, drawn, batch_size=32), speeds
+
+
+def averaged(
+    exact: Float[Array, "lane row"],
+    problem: Problem,
+    bins: Int[Array, "lane row"],
+    scale: Float[Array, "lane row"],
+    size: int,
+    key: Key[Array, ""],
+) -> tuple[Float[Array, " size"], Float[Array, " size"]]:
+    """Mean over the trials [rad/s] of what `exact` [units] is through an encoder, and of `exact` itself."""
+    curves = jnp.stack([as_encoded(exact, problem, key), exact], axis=-1) * scale[..., None]
+    sums = jnp.concatenate([curves, jnp.ones_like(curves[..., :1])], axis=-1).reshape(-1, 3)
+    sums = jax.ops.segment_sum(sums, bins.reshape(-1), num_segments=size + 1)[:-1]
+    encoded, plain = (sums[:, :2] / jnp.maximum(sums[:, 2:], 1.0)).T
+    return encoded, plain
 
 
 def as_encoded(exact: Float[Array, "lane row"], problem: Problem, key: Key[Array, ""]) -> Float[Array, "lane row"]:

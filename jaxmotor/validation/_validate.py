@@ -11,6 +11,7 @@ from jaxmotor.recording import Recording, check_jumps, check_output, lost_ticks,
 from jaxmotor.validation._closed_loop import validate_closed_loop
 from jaxmotor.validation._controller import Controller, controller_of
 from jaxmotor.validation._draws import relative_root
+from jaxmotor.validation._locked import in_place
 from jaxmotor.validation._open_loop import has_pieces, score_open_loop
 from jaxmotor.validation._steps import validate_steps
 from jaxmotor.validation._trials import group_steps
@@ -38,7 +39,7 @@ def validate(model: Model, recording: Recording, *, seed: int = 0, simulations: 
 
     Open loop: every segment but rests and closed loops. Steps: trials of equal voltages, averaged. Closed loop: the
     controller in the header run on the model. `seed` draws the parameters and encoder offsets of `simulations` runs
-    (at least 64) behind each band.
+    (at least 64) behind each band. A model with effects is simulated with them.
 
     **Raises:** `JaxmotorError`, one sentence, where the recording is damaged or nothing in it may be scored.
     """
@@ -49,14 +50,17 @@ def validate(model: Model, recording: Recording, *, seed: int = 0, simulations: 
     relative_root(model)
     plan = _plan(model, recording)
     _something_left(recording, plan)
+    scored = tuple(sorted((*plan.open_loop, *plan.closed_loop)))
+    known = model
+    model, placed = in_place(known, recording, scored)
     simulations = _affordable(recording, simulations)
     key = jax.random.key(seed)
     steps = group_steps(recording, plan.open_loop)
     return Validation(
-        model=model,
+        model=known,
         recording=recording.name,
         fitted=plan.fitted,
-        scored=tuple(sorted((*plan.open_loop, *plan.closed_loop))),
+        scored=scored,
         skipped=plan.skipped,
         open_loop=score_open_loop(model, recording, plan.open_loop) if plan.open_loop else None,
         steps=tuple(
@@ -68,7 +72,7 @@ def validate(model: Model, recording: Recording, *, seed: int = 0, simulations: 
         ),
         seed=seed,
         simulations=simulations,
-        notes=(*_notes(model, recording, plan), *plan.notes),
+        notes=(*_notes(model, recording, plan), *placed, *plan.notes),
     )
 
 

@@ -1,6 +1,7 @@
 """Findings in words, as the terminal and the report tell them: each sentence is written once."""
 
 from jaxmotor.words._effects import capital as capital
+from jaxmotor.words._effects import law as law
 from jaxmotor.words._effects import named as named
 from jaxmotor.words._effects import scaled as scaled
 from jaxmotor.words._effects import sentence as sentence
@@ -16,4 +17,5 @@ from jaxmotor.words._numbers import between as between
 from jaxmotor.words._numbers import bracket as bracket
 from jaxmotor.words._numbers import plainly as plainly
 from jaxmotor.words._numbers import printable as printable
+from jaxmotor.words._numbers import with_bracket as with_bracket
 from jaxmotor.words._numbers import with_error as with_error

@@ -1,9 +1,11 @@
 """Effects and their parameters for people."""
 
+import math
+from collections.abc import Mapping
 from typing import Any
 
 from jaxmotor.diagnosis import FoundEffect
-from jaxmotor.motor.effects import parameters
+from jaxmotor.motor.effects import AbstractEffect, parameters
 from jaxmotor.words._numbers import with_error
 
 FRIENDLY = {
@@ -29,13 +31,19 @@ def scaled(about: dict[str, Any], value: float) -> tuple[float, str]:
 
 def sentence(found: FoundEffect) -> str:
     """What the effect does, with its parameters ± 95 %."""
+    return law(found.effect, found.standard_error)
+
+
+def law(effect: AbstractEffect, standard_error: Mapping[str, float]) -> str:
+    """What `effect` does, with its parameters ± 95 %; those without an error stand alone."""
     shown = {}
-    for name, about in parameters(found.effect).items():
-        value = found.parameters[name]
+    for name, about in parameters(effect).items():
+        value = float(getattr(effect, name))
         factor, unit = scaled(about, value)
         fixed = about["kind"] == "fixed" and not unit
-        shown[name] = f"{value:g}" if fixed else with_error(factor * value, factor * found.standard_error[name], unit)
-    return found.effect.says.format(**shown)
+        error = standard_error.get(name, math.nan)
+        shown[name] = f"{value:g}" if fixed else with_error(factor * value, factor * error, unit)
+    return effect.says.format(**shown)
 
 
 def capital(text: str) -> str:

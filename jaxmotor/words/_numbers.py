@@ -30,6 +30,14 @@ def bracket(interval: tuple[float, float, float]) -> str:
     return f"[{interval[1]:.3g}, {interval[2]:.3g}]"
 
 
+def with_bracket(interval: tuple[float, float, float], factor: float = 1.0) -> str:
+    """`value [low, high]` of (value, low, high) times `factor`; without the limits where these are not known."""
+    value, low, high = (factor * number for number in interval)
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return plainly(value, 4)
+    return f"{value:.4g} [{low:.4g}, {high:.4g}]"
+
+
 def plainly(value: float, digits: int = 3) -> str:
     """`value` without a power of ten where that can be."""
     if not math.isfinite(value):

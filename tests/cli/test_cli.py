@@ -249,8 +249,11 @@ def test_demo_runs_from_anywhere(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, out, err = run(capsys, "demo", "-o", tmp_path / "pictures")
     assert (code, err) == (0, "")
-    assert str(tmp_path / "pictures") in out.splitlines()[-1]
-    assert len(list((tmp_path / "pictures").glob("*.png"))) >= 12
+    figures = list((tmp_path / "pictures").glob("*.png"))
+    assert len(figures) >= 12 and f"the models and {len(figures)} figures are in {tmp_path / 'pictures'}\n" in out
+    assert out.endswith(f"all of it on one page: {tmp_path / 'pictures' / 'paper.html'}\n")
+    page = (tmp_path / "pictures" / "paper.html").read_text(encoding="utf-8")
+    assert 'id="verdict">extended' in page and "Coulomb friction" in page and "Closed loop, P 0.4" in page
 
 
 def test_a_cache_that_cannot_be_used_costs_only_time(folder, tmp_path):

@@ -18,7 +18,7 @@ from jaxmotor.estimate import to_json as fit_json
 from jaxmotor.present import report as reports
 from jaxmotor.present.report import report_page
 from jaxmotor.present.report._html import Html, element, escaped
-from jaxmotor.recording import read, write
+from jaxmotor.recording import import_log, read, write
 from jaxmotor.validation import to_json as validation_json
 
 RUNS = [*plan(), *(sine(f, amplitude=2.0) for f in (0.7037, 1.507, 3.011))]
@@ -150,6 +150,46 @@ def test_a_linear_motor_without_sines_or_steps(told):
     check_readable(page)
     words = "".join(page.words)
     assert "Not done: no." in words and "no frequency response" in words and "No cause is needed" in words
+
+
+def imported(folder, runs=3, rows=60):
+    """A log with uneven time stamps, as `jaxmotor import` reads it, and the times from row to row [ms]."""
+    rng, lines, steps, begin = np.random.default_rng(0), ["t,u,deg,run"], [], 0.0
+    for run in range(runs):
+        time = begin + np.cumsum(np.round(rng.uniform(0.004, 0.007, rows), 6))
+        steps.append(1e3 * np.diff(time))
+        begin = time[-1] + 0.5
+        lines += [f"{t:.6f},{3 * np.sin(9 * t):.4f},{40 * np.cos(9 * t):.4f},{run}" for t in time]
+    (folder / "log.csv").write_text("\n".join(lines) + "\n")
+    columns = {"time": "t", "input": "u:V", "angle": "deg:deg", "segment": "run"}
+    return import_log(folder / "log.csv", **columns), np.concatenate(steps)
+
+
+def test_uneven_time_stamps_are_said(told, tmp_path):
+    story = told[0]
+    recording, steps = imported(tmp_path)
+    assert recording.period_s is None
+    empty = MissingVolts(*([np.zeros(0)] * 6), noise_V=float("nan"))
+    after = dataclasses.replace(story.diagnosis.held_out.after, chi2_per_sample=0.28)
+    diagnosis = dataclasses.replace(
+        story.diagnosis,
+        fit=dataclasses.replace(story.diagnosis.fit, floor_known=False, frequency_response=None),
+        held_out=dataclasses.replace(story.diagnosis.held_out, segments=(2,), after=after, traces_before=()),
+        missing=empty,
+        left=empty,
+    )
+    changes = {"recording": recording, "validation": None, "not_validated": "no"}
+    page = Page(report_page(dataclasses.replace(story, diagnosis=diagnosis, **changes), "0"))
+    check_closed(page)
+    check_readable(page)
+    words = " ".join(" ".join(page.words).split())
+    apart = f"{steps.min():.3g} to {steps.max():.3g} ms apart, in the median {np.median(steps):.3g} ms"
+    assert f"time stamps uneven: rows are {apart}" in words and "ticks lost" not in words
+    assert "from an encoder's counts, and the recording has angles" in words
+    assert "imported log = log.csv, time = t, input = u:V, angle = deg:deg, segment = run" in words
+    # Only residuals of counts are added up.
+    assert "drift chi2" not in words and "twenty ticks" not in words
+    assert "which was too large: chi2 says which motor is better" in words
 
 
 def test_unexplained_is_said(told):

@@ -3,7 +3,7 @@
 import pytest
 from opened import Watched
 from report_pages import HOSTILE
-from test_report_fleet import rows
+from test_report_fleet import diagnosed_rows, rows
 
 from jaxmotor.fleet._table import write_rows
 from jaxmotor.present.report import write_fleet_page
@@ -63,6 +63,22 @@ def test_a_column_sorts_and_what_is_not_known_stands_last(watched):
     assert watched.page.evaluate(values) == sorted(up, reverse=True)
     head = watched.page.locator("th[aria-sort]")
     assert head.count() == 1 and head.get_attribute("aria-sort") == "descending"
+
+
+def test_a_diagnosed_fleet_sorts_by_cause_and_fits_a_telephone(browser, tmp_path):
+    write_rows(diagnosed_rows(), tmp_path / "r.parquet", {})
+    opened = Watched(browser, write_fleet_page(tmp_path / "r.parquet", tmp_path))
+    button = opened.page.get_by_role("button", name="effects")
+    button.click()
+    cells = opened.page.evaluate(
+        "[...document.querySelectorAll('#motors ~ div tbody tr')].map((one) => one.lastChild.textContent)"
+    )
+    named = [cell for cell in cells if cell]
+    assert len(cells) == 39 and cells == named + [""] * (39 - len(named)) and named[0].startswith("a law <b>")
+    opened.page.set_viewport_size({"width": 360, "height": 900})
+    assert opened.page.evaluate("document.documentElement.scrollWidth") <= 360
+    assert opened.wrong == []
+    opened.context.close()
 
 
 def test_prints_on_white(browser, fleet):

@@ -1,5 +1,7 @@
 """A fleet's results, with hostile names, as a page."""
 
+import json
+
 import numpy as np
 import pytest
 from report_pages import HOSTILE, Page, check_closed, check_readable, hovers
@@ -7,6 +9,7 @@ from report_pages import HOSTILE, Page, check_closed, check_readable, hovers
 from jaxmotor.cli import main
 from jaxmotor.fleet import population, read_results
 from jaxmotor.fleet._table import FRICTION_NUMBERS, NUMBERS, write_rows
+from jaxmotor.present.report import fleet_page, write_fleet_page
 
 MOTORS = 40
 
@@ -73,6 +76,91 @@ def test_numbers_are_those_of_the_population(told):
     assert len(panels) == len(names) - 1
     outside = panels[0]["series"][1]
     assert len(outside["x"]) == 1 and "odd" in outside["at"][0] and outside["value"] == ["90"]
+
+
+FRICTION_V, BETWEEN, ERROR = 0.2, 0.02, 0.015
+PLACES = ("median", "least", "largest", "spread")
+
+
+def diagnosed_rows() -> list[dict]:
+    """Motors 0 to 29 with friction, of which 0 to 4 cog, too; 30 to 35 linear; the others as they come."""
+    made, rng = rows(False), np.random.default_rng(3)
+    for k, row in enumerate(made):
+        volts = FRICTION_V + BETWEEN * rng.normal() + ERROR * rng.normal()
+        effects = {"coulomb_friction": {"volts_V": volts}} if k < 30 else {}
+        if k < 5:
+            effects["cogging"] = {"volts_V": 0.1 + 0.01 * k, "cycles_per_rev": 6.0, "phase_rad": 1.234567}
+        errors = {
+            name: dict.fromkeys(of, ERROR if name == "coulomb_friction" else None) for name, of in effects.items()
+        }
+        row |= {
+            "verdict": "extended" if effects else "complete",
+            "effects": list(effects),
+            "effect_parameters": json.dumps(effects),
+            "effect_standard_errors": json.dumps(errors),
+        }
+    made[36] |= {"verdict": "unexplained", "looks_like": f"a load from t = 41 s on {HOSTILE}"}
+    made[37] |= {"effects": ["a law <b>of tomorrow"], "effect_parameters": '{"a law <b>of tomorrow": {"x": 1}}'}
+    made[38] |= dict.fromkeys(("verdict", "effects", "effect_parameters", "effect_standard_errors"))
+    made[38] |= {"diagnosis_problem": "m38: </td> its ticks are too few"}
+    made[39] |= {"effect_parameters": "not JSON", "effects": ["dead_zone"]}
+    return made
+
+
+@pytest.fixture(scope="module")
+def diagnosed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("diagnosed")
+    write_rows(diagnosed_rows(), folder / "r.parquet", {})
+    return Page(write_fleet_page(folder / "r.parquet", folder).read_text(encoding="utf-8"))
+
+
+def test_effects_are_counted_with_their_spread(diagnosed):
+    check_closed(diagnosed)
+    check_readable(diagnosed)
+    words = " ".join("".join(f" {word}" for word in diagnosed.words).split())
+    assert "39 motors were diagnosed" in words
+    assert "verdict effects motors extended Coulomb friction 25 complete none 6" in words
+    assert "extended Coulomb friction + cogging 5" in words
+    volts = [json.loads(row["effect_parameters"])["coulomb_friction"]["volts_V"] for row in diagnosed_rows()[:30]]
+    value = {key: float(diagnosed.data[f"effects.coulomb_friction.volts_V.{key}"][0][0]) for key in PLACES}
+    assert [value["median"], value["least"], value["largest"]] == [np.median(volts), min(volts), max(volts)]
+    # Without the errors' part: of so few motors it is known to a sixth.
+    assert value["spread"] == pytest.approx(np.sqrt(np.var(volts, ddof=1) - ERROR**2), rel=1e-9)
+    assert value["spread"] == pytest.approx(BETWEEN, rel=0.35)
+    assert "Coulomb friction 30 (77 %)" in words and "Cogging 5 (13 %)" in words
+    assert "phase_rad" not in words and "1.23" not in words and "6 per turn" in words
+
+
+def test_each_motor_has_its_cause_and_text_stays_text(diagnosed):
+    words = " ".join("".join(f" {word}" for word in diagnosed.words).split())
+    volts = json.loads(diagnosed_rows()[7]["effect_parameters"])["coulomb_friction"]["volts_V"]
+    told = f"Coulomb friction {1e3 * volts:.0f} ± {1.96e3 * ERROR:.0f} mV"
+    assert words.count(told) == 2, "in the table of all motors, and where motor 7 does not belong"
+    assert f"what is left looks like a load from t = 41 s on {HOSTILE}" in words
+    assert "a law <b>of tomorrow" in words and "m38: </td> its ticks are too few" in words
+    assert "dead zone" in words
+    # Who could not be identified may be diagnosed: it may say why.
+    volts = json.loads(diagnosed_rows()[11]["effect_parameters"])["coulomb_friction"]["volts_V"]
+    assert f"record it again Coulomb friction {1e3 * volts:.0f} ± " in words
+
+
+def test_without_a_diagnosis_there_is_no_word_of_one(told):
+    assert "diagnosed" not in "".join(told[1].words)
+    assert not any("verdict" in word for word in told[1].words)
+
+
+def test_what_is_the_same_for_all_motors_is_said(tmp_path):
+    same = rows(False)
+    for row in same:
+        row["gain_rad_s_V"] = 10.0 if row["problem"] is None else None
+    write_rows(same, tmp_path / "r.parquet", {})
+    words = "".join(Page(fleet_page(tmp_path / "r.parquet")).words)
+    assert "without a spread or a correlation: gain; distances are those of the others" in words
+    assert "the same for all" in words
+    for row in same:
+        row["pole_rad_s"] = 40.0 if row["problem"] is None else None
+    write_rows(same, tmp_path / "r.parquet", {})
+    assert "None: the motors do not differ." in "".join(Page(fleet_page(tmp_path / "r.parquet")).words)
 
 
 def test_other_parquet_is_one_sentence(tmp_path, capsys):

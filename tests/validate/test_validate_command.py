@@ -47,6 +47,7 @@ def test_json_is_one_line(files, capsys):
         ({"model": None}, "gain_rad_s_V and pole_rad_s"),
         ({"model": {"gain_rad_s_V": "fast", "pole_rad_s": 40.0}}, "not a number"),
         ({"model": {"gain_rad_s_V": 11.0, "pole_rad_s": -40.0}}, "positive"),
+        ({"model": {"gain_rad_s_V": 11.0, "pole_rad_s": 40.0, "viscous_share": 1.5}}, "viscous_share"),
         ({"covariance": [[1.0]]}, "covariance"),
         ({"covariance": [[1.0, 0.0], [0.0, -1.0]]}, "covariance"),
     ],

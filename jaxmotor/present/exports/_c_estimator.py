@@ -1,5 +1,7 @@
 """The estimator of `jaxmotor.control` in C: the same law in integers."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from jaxmotor.control import Estimator, FeedForward, Hardware
@@ -7,70 +9,15 @@ from jaxmotor.present.exports._fixed_point import times, whole
 
 MOST_COUNTS = 4096
 """Count difference in a tick."""
+FULL = 2.0**30 - 2**17
+"""Largest value of a state."""
 
 
 def c_estimator(estimator: Estimator, hardware: Hardware) -> str:
     """C for `estimator`: states in 1/65536 of counts per tick, counts and duties."""
-    a = np.asarray(estimator.transition)
-    order = len(a) - 2
-    speed, angle, volts = hardware.counts_per_tick, 1 / hardware.count_rad, 1 / hardware.step_V
-    unit = np.array([speed] * order + [angle, volts])
-    names = [*("speed", "torque")[:order], "ahead", "missing"]
-    full = 2.0**30 - 2**17
-    lines = []
-    for row in range(order + 1):
-        terms = [
-            times(f"e->{names[k]}", scaled, _room(scaled, full))
-            for k in range(order + 2)
-            if (scaled := a[row, k] * unit[row] / unit[k]) and row != order
-        ]
-        if row == order:
-            terms = ["e->ahead"]
-            terms += [
-                times(f"e->{names[k]}", scaled, _room(scaled, full))
-                for k in (*range(order), order + 1)
-                if (scaled := a[row, k] * unit[row] / unit[k])
-            ]
-        for drive, name in ((estimator.old_drive, "old"), (estimator.new_drive, "new")):
-            scaled = float(np.asarray(drive)[row]) * unit[row] / volts
-            if scaled:
-                terms.append(times(name, scaled, _room(scaled, full)))
-        lines.append(f"    int32_t {names[row]} = " + "\n        + ".join(terms) + ";")
-    law = estimator.law
-    budget = 65536 * float(estimator.per_volt) * float(law.friction_V) * speed
-    if budget:
-        share = float(estimator.turn_per_speed) * angle / speed
-        lines.append(
-            f"    // friction takes its full share, or stops the shaft\n"
-            f"    int32_t lost = motor_clip(speed, {whole(abs(budget))});\n"
-            "    speed -= lost;\n"
-            f"    ahead -= {times('lost', share, full)};"
-        )
-    correction = np.asarray(estimator.correction) * unit / angle
-    # A larger error than this is a count that was missed, and is corrected over several ticks.
-    error = 65536 * min(256.0, 2**13 / float(np.abs(correction).max()))
-    gains = [
-        f"    e->{name} = {base} + {times('error', correction[k], error)};"
-        for k, (name, base) in enumerate(zip(names, [*names[:-1], "e->missing"], strict=True))
-    ]
-    late = estimator.late
-    shift = "\n".join(f"    e->driven[{k}] = e->driven[{k - 1}];" for k in range(late + 1, 0, -1))
-    torque = "    int32_t torque;   // as the speed that it would hold, 1/65536 count per tick\n" if order == 2 else ""
-    deviation = np.asarray(estimator.standard_deviation)
-    body = "\n".join(lines)
-    correct = "\n".join(gains)
+    states, late, law = _states(estimator, hardware), estimator.late, estimator.law
     return f"""\
-// Speed, angle and missing volts from counts: a steady Kalman filter, which knows encoder and friction.
-// Standard deviation of the speed, as far as the model is right: {deviation[0]:.3g} rad/s; a count difference has
-// {hardware.speed_noise_rad_s:.3g} rad/s, and is half a tick late. Start it with motor_estimate_begin at rest.
-struct motor_estimate {{
-    int32_t speed;    // at the tick, 1/65536 count per tick
-{torque}    int32_t ahead;    // shaft's angle beyond the middle of the latched count, 1/65536 count
-    int32_t missing;  // what the model lacks, 1/65536 duty
-    int32_t count;    // latched
-    int32_t driven[{late + 2}];  // duties as a linear motor sees them, the latest first, 1/65536 duty
-}};
-
+{_structure(estimator, hardware, states)}
 // A duty as a linear motor sees it [1/65536 duty].
 static inline int32_t
 motor_driven(int16_t duty)
@@ -91,10 +38,8 @@ static inline void
 motor_estimate_count(struct motor_estimate *e, int32_t count)
 {{
     int32_t old = e->driven[{late + 1}], new = e->driven[{late}];
-{_estimator_drag(law, hardware)}{body}
-    ahead -= motor_clip(count - e->count, {MOST_COUNTS}) * 65536;
-    int32_t error = motor_clip(-ahead, {whole(error)});
-{correct}
+{_estimator_drag(law, hardware)}{_advance(estimator, hardware, states)}
+{_correct(estimator, states)}
     e->count = count;
 }}
 
@@ -109,10 +54,107 @@ motor_estimate_speed(const struct motor_estimate *e)
 static inline void
 motor_estimate_duty(struct motor_estimate *e, int16_t duty)
 {{
-{shift}
+{_shift(late)}
     e->driven[0] = motor_driven(duty);
 }}
 """
+
+
+class _States(NamedTuple):
+    """The filter's states in C, the motor's first, then the angle and the missing volts."""
+
+    names: tuple[str, ...]
+    unit: np.ndarray
+    """(n,) counts per tick, counts or duties that one rad/s, rad or V of a state is."""
+
+    @property
+    def angle(self) -> int:
+        """Place of the angle."""
+        return len(self.names) - 2
+
+
+def _states(estimator: Estimator, hardware: Hardware) -> _States:
+    order = len(np.asarray(estimator.transition)) - 2
+    speed, angle, volts = hardware.counts_per_tick, 1 / hardware.count_rad, 1 / hardware.step_V
+    return _States((*("speed", "torque")[:order], "ahead", "missing"), np.array([speed] * order + [angle, volts]))
+
+
+def _structure(estimator: Estimator, hardware: Hardware, states: _States) -> str:
+    deviation = float(np.asarray(estimator.standard_deviation)[0])
+    second = "torque" in states.names
+    torque = "    int32_t torque;   // as the speed that it would hold, 1/65536 count per tick\n" if second else ""
+    return f"""\
+// Speed, angle and missing volts from counts: a steady Kalman filter, which knows encoder and friction.
+// Standard deviation of the speed, as far as the model is right: {deviation:.3g} rad/s; a count difference has
+// {hardware.speed_noise_rad_s:.3g} rad/s, and is half a tick late. Start it with motor_estimate_begin at rest.
+struct motor_estimate {{
+    int32_t speed;    // at the tick, 1/65536 count per tick
+{torque}    int32_t ahead;    // shaft's angle beyond the middle of the latched count, 1/65536 count
+    int32_t missing;  // what the model lacks, 1/65536 duty
+    int32_t count;    // latched
+    int32_t driven[{estimator.late + 2}];  // duties as a linear motor sees them, the latest first, 1/65536 duty
+}};
+"""
+
+
+def _advance(estimator: Estimator, hardware: Hardware, states: _States) -> str:
+    """The states one tick later, as variables of their names; the missing volts stay."""
+    rows = range(states.angle + 1)
+    lines = [f"    int32_t {states.names[row]} = {_row(estimator, hardware, states, row)};" for row in rows]
+    return "\n".join([*lines, *_friction(estimator, states)])
+
+
+def _row(estimator: Estimator, hardware: Hardware, states: _States, row: int) -> str:
+    """What becomes of one state: a sum over the states and the duties."""
+    transition, unit = np.asarray(estimator.transition)[row], states.unit
+    # The angle keeps all of itself: it needs no product.
+    terms = ["e->ahead"] if row == states.angle else []
+    for k, name in enumerate(states.names):
+        if row != states.angle or k != states.angle:
+            terms += _term(f"e->{name}", transition[k] * unit[row] / unit[k])
+    for drive, name in ((estimator.old_drive, "old"), (estimator.new_drive, "new")):
+        terms += _term(name, float(np.asarray(drive)[row]) * unit[row] * hardware.step_V)
+    return "\n        + ".join(terms)
+
+
+def _term(name: str, scaled: float) -> list[str]:
+    return [times(name, scaled, _room(scaled, FULL))] if scaled else []
+
+
+def _friction(estimator: Estimator, states: _States) -> list[str]:
+    speed, angle = states.unit[0], states.unit[states.angle]
+    budget = 65536 * float(estimator.per_volt) * float(estimator.law.friction_V) * speed
+    if not budget:
+        return []
+    share = float(estimator.turn_per_speed) * angle / speed
+    return [
+        "    // friction takes its full share, or stops the shaft",
+        f"    int32_t lost = motor_clip(speed, {whole(abs(budget))});",
+        "    speed -= lost;",
+        f"    ahead -= {times('lost', share, FULL)};",
+    ]
+
+
+def _correct(estimator: Estimator, states: _States) -> str:
+    """The states with what the count says of them."""
+    gain = np.asarray(estimator.correction) * states.unit / states.unit[states.angle]
+    # A larger error than this is a count that was missed, and is corrected over several ticks.
+    most = 65536 * min(256.0, 2**13 / float(np.abs(gain).max()))
+    before = (*states.names[:-1], "e->missing")
+    return "\n".join(
+        [
+            f"    ahead -= motor_clip(count - e->count, {MOST_COUNTS}) * 65536;",
+            f"    int32_t error = motor_clip(-ahead, {whole(most)});",
+            *(
+                f"    e->{name} = {old} + {times('error', gain[k], most)};"
+                for k, (name, old) in enumerate(zip(states.names, before, strict=True))
+            ),
+        ]
+    )
+
+
+def _shift(late: int) -> str:
+    return "\n".join(f"    e->driven[{k}] = e->driven[{k - 1}];" for k in range(late + 1, 0, -1))
 
 
 def _room(scaled: float, full: float) -> float:

@@ -1,7 +1,5 @@
 """Steps and closed loops that the linear motor was not fitted to: predicted beside measured."""
 
-import math
-
 import numpy as np
 
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
@@ -10,8 +8,8 @@ from jaxmotor.present.report._plot import Mark, Panel, band, dots, legend, level
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import ranges
-from jaxmotor.validation import Band, ClosedLoop, Comparison, Interval, StepTrials
-from jaxmotor.words import plainly
+from jaxmotor.validation import Band, ClosedLoop, Comparison, StepTrials
+from jaxmotor.words import with_bracket
 
 MOST = 2
 """Steps, and closed loops, that are drawn at once; the others are a click away."""
@@ -126,11 +124,5 @@ def _percent(value: float, key: str) -> Html:
 
 def _compared(name: str, comparison: Comparison, factor: float) -> tuple[str, str, str, str]:
     mark = {True: "inside", False: "outside", None: ""}[comparison.inside]
-    return name, _interval(comparison.measured, factor), _interval(comparison.predicted, factor), mark
-
-
-def _interval(interval: Interval, factor: float) -> str:
-    value, low, high = (factor * one for one in interval)
-    if not (math.isfinite(low) and math.isfinite(high)):
-        return plainly(value, 4)
-    return f"{value:.4g} [{low:.4g}, {high:.4g}]"
+    measured, predicted = (with_bracket(one, factor) for one in (comparison.measured, comparison.predicted))
+    return name, measured, predicted, mark

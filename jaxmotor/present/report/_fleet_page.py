@@ -8,8 +8,9 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import write_text
 from jaxmotor.fleet import Population, population, read_results
+from jaxmotor.present.report._fleet_causes import causes_section, diagnosed
 from jaxmotor.present.report._fleet_plot import population_plot
-from jaxmotor.present.report._html import Content, details, element, number, paragraph, table
+from jaxmotor.present.report._html import Content, details, element, number, paragraph, table, unbroken
 from jaxmotor.present.report._limits import versions
 from jaxmotor.present.report._page import Section, cards, page
 from jaxmotor.present.report._story import digest
@@ -46,7 +47,8 @@ def fleet_page(results: Path) -> str:
     outliers = {outlier.motor for outlier in found.outliers} if found else set()
     sections = [
         Section("spread", "What the motors have in common", _spread(found, why_not)),
-        Section("outliers", "Motors that do not belong", _outliers(found)),
+        Section("outliers", "Motors that do not belong", _outliers(found, good)),
+        Section("causes", "What the linear models get wrong", causes_section(rows)),
         Section("failed", "Motors that could not be identified", _failed(failed)),
         Section("motors", "All motors", _motors(good, outliers)),
         Section("again", "How to get this again", _again(results)),
@@ -87,33 +89,72 @@ def _spread(found: Population | None, why_not: str) -> Content:
             shown, wide = with_error(middle, middle * error, ""), f"{100 * spread:.3g} %"
         else:
             middle, shown, wide = float(mean), with_error(1e3 * mean, 1e3 * error, ""), f"{1e3 * spread:.3g}"
+        if name in found.without_spread:
+            wide = "the same for all"
         rows.append([COLUMNS[name][0], number(middle, f"population.{name}", shown), wide])
     head = ("", "middle ± 95 %", "standard deviation between motors")
     text = "The spread is that of the motors themselves: what the errors of their estimates add to it is taken out."
-    return [paragraph(text), table("Spread between motors", head, rows), population_plot(found)]
+    return [paragraph(text), table("Spread between motors", head, rows), _same(found), population_plot(found)]
 
 
-def _outliers(found: Population | None) -> Content:
+def _same(found: Population) -> Content:
+    """What the parameters without a spread are."""
+    if not found.without_spread:
+        return None
+    names = " and ".join(WORDS[name] for name in found.without_spread)
+    rest = "; distances are those of the others" if len(found.without_spread) < len(found.names) else ""
+    text = f"The same for all motors, to the last digits, and so without a spread or a correlation: {names}{rest}."
+    return paragraph(text)
+
+
+def _outliers(found: Population | None, good: list[dict[str, Any]]) -> Content:
     if found is None:
         return None
     if not found.outliers:
-        return paragraph(f"None: all lie within {found.threshold:.2f} standard deviations.")
-    rows: list[list[Content]] = [
-        [outlier.motor, plainly(outlier.distance), WORDS[outlier.because], f"{outlier.deviation:+.1f}"]
-        for outlier in found.outliers[:MOST_LISTED]
-    ]
-    head = ("motor", "distance (sd)", "because of its", "by (sd)")
+        return paragraph(_none(found))
+    causes = _causes(good)
+    rows: list[list[Content]] = []
+    for outlier in found.outliers[:MOST_LISTED]:
+        because = [WORDS[outlier.because], f"{outlier.deviation:+.1f}"]
+        diagnosis = [causes.get(outlier.motor, "")] if causes else []
+        rows.append([outlier.motor, plainly(outlier.distance), *because, *diagnosis])
+    head = ("motor", "distance (sd)", "because of its", "by (sd)", *(("its diagnosis",) if causes else ()))
     text = (
-        f"Farther than {found.threshold:.2f} standard deviations from the rest, which one motor of a thousand would be."
+        f"Farther than {found.threshold:.2f} standard deviations from the rest; of a hundred fleets of motors of one "
+        "kind, about four have such a motor."
     )
     return [paragraph(text), table("Motors that do not belong, the farthest first", head, rows), _more(found.outliers)]
+
+
+def _none(found: Population) -> str:
+    """Why no motor stands out."""
+    if len(found.without_spread) == len(found.names):
+        return "None: the motors do not differ."
+    if not np.isfinite(found.threshold):
+        return "None can be told from so few motors."
+    return f"None: all lie within {found.threshold:.2f} standard deviations."
+
+
+def _causes(good: list[dict[str, Any]]) -> dict[str, str]:
+    """What the diagnosis of each motor says, by its name; of those that share a name, all of it."""
+    told: dict[str, list[str]] = {}
+    for row in good:
+        one = diagnosed(row)
+        if one is not None:
+            told.setdefault(row["motor"], []).append(one.told or one.verdict)
+    return {motor: " / ".join(every) for motor, every in told.items()}
 
 
 def _failed(failed: list[dict[str, Any]]) -> Content:
     if not failed:
         return paragraph("None.")
-    rows = [(row["motor"], row["problem"]) for row in failed[:MOST_LISTED]]
-    return [table("Why, motor by motor", ("motor", "what is wrong"), rows), _more(failed)]
+    causes = _causes(failed)
+    rows = [
+        (row["motor"], row["problem"], *((causes.get(row["motor"], ""),) if causes else ()))
+        for row in failed[:MOST_LISTED]
+    ]
+    head = ("motor", "what is wrong", *(("its diagnosis",) if causes else ()))
+    return [table("Why, motor by motor", head, rows), _more(failed)]
 
 
 def _more(listed: Any) -> Content:
@@ -123,10 +164,13 @@ def _more(listed: Any) -> Content:
 
 def _motors(good: list[dict[str, Any]], outliers: set[str]) -> Content:
     names = [name for name in COLUMNS if name not in FRICTION or any(row[name] is not None for row in good)]
-    head = [
-        element("button", title, type="button") for title in ("motor", *(COLUMNS[name][0] for name in names), "belongs")
+    causes = any(diagnosed(row) is not None for row in good)
+    titles = ("motor", *(COLUMNS[name][0] for name in names), "belongs", *(("verdict", "effects") if causes else ()))
+    head = [element("button", title, type="button") for title in titles]
+    rows = [
+        [*_numbers(row, names), "no" if row["motor"] in outliers else "yes", *(_diagnosis(row) if causes else ())]
+        for row in good[:MOST_MOTORS]
     ]
-    rows = [_motor(row, names, outliers) for row in good[:MOST_MOTORS]]
     left = len(good) - MOST_MOTORS
     more = paragraph(f"and {left} more, which the file of results has") if left > 0 else None
     caption = "Motors in the order of the data; a head of a column sorts by it. Intervals are ± 95 %."
@@ -135,7 +179,8 @@ def _motors(good: list[dict[str, Any]], outliers: set[str]) -> Content:
     return [table(caption, head, rows), more, said]
 
 
-def _motor(row: dict[str, Any], names: list[str], outliers: set[str]) -> list[Content]:
+def _numbers(row: dict[str, Any], names: list[str]) -> list[Content]:
+    """A motor's name and its numbers."""
     cells: list[Content] = [row["motor"]]
     for name in names:
         _, factor, error = COLUMNS[name]
@@ -146,7 +191,12 @@ def _motor(row: dict[str, Any], names: list[str], outliers: set[str]) -> list[Co
         spread = row[error] if error else None
         shown = plainly(value, 4) if spread is None else with_error(factor * value, factor * spread, "")
         cells.append(number(value, name, shown))
-    return [*cells, "no" if row["motor"] in outliers else "yes"]
+    return cells
+
+
+def _diagnosis(row: dict[str, Any]) -> tuple[Content, Content]:
+    one = diagnosed(row)
+    return ("", "") if one is None else (unbroken(one.verdict), one.told)
 
 
 def _again(results: Path) -> Content:

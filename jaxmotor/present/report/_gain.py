@@ -8,7 +8,7 @@ import numpy as np
 from jaxmotor.diagnosis import Diagnosis, LoopGain, Worth
 from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.motor.effects import parameters
-from jaxmotor.present._before_after import best_gain
+from jaxmotor.present._before_after import best_gain, most_gained
 from jaxmotor.present._fit import with_gaps
 from jaxmotor.present.report._html import Content, Html, details, number, paragraph, table
 from jaxmotor.present.report._page import figure
@@ -144,9 +144,8 @@ def _scored(diagnosis: Diagnosis) -> str:
     if held_out >= whole:
         return "There are too few runs to hold any out: these scores are of the data that were fitted."
     if held_out < whole:
-        return (
-            f"Both motors were fitted anew without segments {ranges(diagnosis.held_out.segments)}, and simulated there."
-        )
+        segments = f"segment{'s' if len(held_out) > 1 else ''} {ranges(diagnosis.held_out.segments)}"
+        return f"Both motors were fitted anew without {segments}, and simulated there."
     return "Both motors were fitted anew without a third of the recording, and simulated there."
 
 
@@ -173,10 +172,12 @@ def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> 
         for name in ("fit_percent", "chi2_per_sample", "rmse_rad_s")
     )
     one = floor(diagnosis.fit.floor_known)
+    # Without counts residuals are not added up, and the drift is chi2 again.
+    drifts = diagnosis.fit.floor_known
     lines = [
         _Line("fit (%)", "fit_percent", before.fit_percent, after.fit_percent, fit),
         _Line(f"chi2 per sample (1 = {one})", "chi2", before.chi2_per_sample, after.chi2_per_sample, chi2),
-        _Line("drift chi2 per sample", "drift_chi2", worth.drift_before, worth.drift_after, ("", "")),
+        *([_Line("drift chi2 per sample", "drift_chi2", worth.drift_before, worth.drift_after, ("", ""))] * drifts),
         _Line("RMSE (rad/s)", "rmse_rad_s", before.rmse_rad_s, after.rmse_rad_s, rmse),
         _Line("RMSE (counts)", "rmse_counts", before.rmse_counts, after.rmse_counts, ("", "")),
     ]
@@ -199,7 +200,7 @@ def _figures(value: float) -> str:
 
 def _traces(diagnosis: Diagnosis, recording: Recording) -> Html:
     before, after = best_gain(diagnosis)
-    rows = _window(before, after)
+    rows = most_gained(before, after, MOST_ROWS)
     time, gap = with_gaps(before.time_s[rows])
     measured = before.measured_rad_s[rows]
     pairs = [("linear", before, "red curve"), ("extended", after, "blue curve")][: 2 if diagnosis.effects else 1]
@@ -223,21 +224,12 @@ def _traces(diagnosis: Diagnosis, recording: Recording) -> Html:
     return figure(plot(panels, alt=alt, shared=True), caption, key)
 
 
-def _window(before: Trace, after: Trace) -> slice:
-    """At most `MOST_ROWS` rows, those in which the gain is largest."""
-    if len(before.time_s) <= MOST_ROWS:
-        return slice(0, len(before.time_s))
-    errors = [np.square(trace.measured_rad_s - trace.simulated_rad_s) for trace in (before, after)]
-    total = np.concatenate([[0.0], np.cumsum(errors[0] - errors[1])])
-    begin = int(np.argmax(total[MOST_ROWS:] - total[:-MOST_ROWS]))
-    return slice(begin, begin + MOST_ROWS)
-
-
 def _kind(diagnosis: Diagnosis, recording: Recording, trace: Trace) -> str:
     """Segments of a recording that was cut have numbers that say nothing to people."""
     if not set(diagnosis.held_out.segments) <= set(diagnosis.whole.segments):
         return "a part of the recording"
-    return f"a {named(recording.segments[trace.segment].kind)} (segment {trace.segment})"
+    kind = recording.segments[trace.segment].kind
+    return f"a {'run' if kind == 'other' else named(kind)} (segment {trace.segment})"
 
 
 def _runs(diagnosis: Diagnosis, recording: Recording) -> Content:

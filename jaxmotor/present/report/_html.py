@@ -94,6 +94,11 @@ def number(value: float, key: str, shown: str) -> Html:
     return element("data", shown, value=exact, data_key=key)
 
 
+def unbroken(text: str) -> Html:
+    """`text` on one line, however narrow its column is."""
+    return element("span", text, class_="word")
+
+
 def table(caption: str, head: Iterable[Content], rows: Iterable[Iterable[Content]], **attributes: str) -> Html:
     """A table whose first column names its rows."""
     columns = element("tr", [element("th", cell, scope="col") if cell else element("td") for cell in head])

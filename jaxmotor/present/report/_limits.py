@@ -12,6 +12,8 @@ from jaxmotor.words import capital, may_be, named
 
 PACKAGES = ("jaxmotor", "jax", "jaxlib", "equinox", "optimistix", "numpy")
 MOST_EXPERIMENTS = 3
+OVERESTIMATED = 0.5
+"""chi2 per sample below which the noise was not what it was taken for."""
 
 
 def limits_section(story: Story) -> Content:
@@ -32,6 +34,11 @@ def limits_section(story: Story) -> Content:
             limits.append(f"{named(found.name)} {same}")
     if not diagnosis.fit.floor_known:
         limits.append("The noise is not known beforehand, as it is of counts, but was estimated from the data.")
+    if diagnosis.held_out.after.chi2_per_sample < OVERESTIMATED:
+        limits.append(
+            "What is left over is less than that estimate of the noise, which was too large: chi2 says which motor is "
+            "better, not whether anything is left to be explained."
+        )
     notes = [*diagnosis.notes, *(story.validation.notes if story.validation else ())]
     return [bullets(capital(f"{text.rstrip('.')}.") for text in limits + notes), _next(diagnosis)]
 

@@ -1,6 +1,7 @@
 """The motor and its recording: what is known of the rig, what was done, and how it turned."""
 
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -34,23 +35,39 @@ def motor_section(story: Story) -> Content:
 
 def _facts(recording: Recording) -> list[tuple[str, str]]:
     free = [(key, _cut(recording.header[key])) for key in FREE_TEXT if recording.header.get(key)]
-    rows = sum(map(len, recording.segments))
-    lost = sum(lost_ticks(segment) for segment in recording.segments)
     last = recording.segments[-1]
     kinds = Counter(segment.kind for segment in recording.segments)
     facts = [
         ("experiments", ", ".join(f"{number} {named(kind)}" for kind, number in kinds.items())),
-        ("rows", f"{rows}, {lost} ticks lost, over {last.start_s + last.time_s[-1]:.4g} s"),
+        ("rows", f"{_rows(recording)}, over {last.start_s + last.time_s[-1]:.4g} s"),
         ("measured", _measured(recording)),
     ]
     if recording.period_s is not None:
         facts.append(("period", f"{1e3 * recording.period_s:g} ms"))
+    else:
+        facts.append(("time stamps", f"uneven: rows are {spacing(recording)}"))
     if recording.supply_V is not None:
         facts.append(("supply", f"{recording.supply_V:g} V"))
     if recording.drive is not None:
         facts.append(("drive between pulses", recording.drive))
     others = [(key, _cut(value)) for key, value in recording.header.items() if key not in FREE_TEXT]
     return free + facts + others
+
+
+def _rows(recording: Recording) -> str:
+    """How many, and, where there are ticks, how many of those were lost."""
+    rows = str(sum(map(len, recording.segments)))
+    if recording.period_s is None:
+        return rows
+    return f"{rows}, {sum(lost_ticks(segment) for segment in recording.segments)} ticks lost"
+
+
+def spacing(recording: Recording) -> str:
+    """Time from row to row within the segments, from the least to the largest, and the median."""
+    steps_ms = 1e3 * np.concatenate([np.diff(segment.time_s) for segment in recording.segments])
+    if not len(steps_ms):
+        return "alone in their experiments"
+    return f"{steps_ms.min():.3g} to {steps_ms.max():.3g} ms apart, in the median {np.median(steps_ms):.3g} ms"
 
 
 def _measured(recording: Recording) -> str:
@@ -60,6 +77,8 @@ def _measured(recording: Recording) -> str:
 
 
 def _cut(value: Any) -> str:
+    if isinstance(value, Mapping):
+        value = ", ".join(f"{key} = {one}" for key, one in value.items())
     text = f"{value:.6g}" if isinstance(value, float) else str(value)
     return text if len(text) <= LONGEST else text[:LONGEST] + "…"
 

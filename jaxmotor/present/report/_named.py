@@ -20,16 +20,14 @@ NAMES, ROW = 250.0, 24.0
 def named_section(story: Story) -> Content:
     """Effects in order of their gain, or why none is named."""
     diagnosis = story.diagnosis
-    content: list[Content] = [
-        _effect(found, place, len(diagnosis.effects)) for place, found in enumerate(diagnosis.effects)
-    ]
+    content: list[Content] = [_effect(found, place, diagnosis) for place, found in enumerate(diagnosis.effects)]
     if diagnosis.effects:
-        alt = "Drift left over in data not fitted: " + "; ".join(
-            f"{name} {value:.3g}" for name, value, _ in _rows(diagnosis)
-        )
+        alt = "Left over in data not fitted: " + "; ".join(f"{name} {value:.3g}" for name, value, _ in _rows(diagnosis))
+        known = diagnosis.fit.floor_known
+        added = " of residuals that add up over twenty ticks" if known else ""
         caption = (
-            f"Drift left over in data that were not fitted (chi2 per sample of residuals that add up over twenty "
-            f"ticks, 1 = {floor(diagnosis.fit.floor_known)}). A star is a rival that this recording cannot tell apart."
+            f"{'Drift left' if known else 'Left'} over in data that were not fitted (chi2 per sample{added}, "
+            f"1 = {floor(known)}). A star is a rival that this recording cannot tell apart."
         )
         key = legend([("bar grey", "linear"), ("bar blue", "what is named"), ("bar red", "a rival in its place")])
         content.append(figure(_bars(diagnosis, alt), caption, key))
@@ -41,9 +39,10 @@ def named_section(story: Story) -> Content:
     return content
 
 
-def _effect(found: FoundEffect, place: int, of: int) -> Html:
-    """The effect in this place, `of` so many."""
-    end = ", beside the other causes." if of > 1 else "."
+def _effect(found: FoundEffect, place: int, diagnosis: Diagnosis) -> Html:
+    """The effect in this place."""
+    end = ", beside the other causes." if len(diagnosis.effects) > 1 else "."
+    drift = _drift(diagnosis)
     gain = number(
         found.held_out_gain_percent, f"effects.{place}.held_out_gain_percent", f"{found.held_out_gain_percent:.3g} %"
     )
@@ -52,11 +51,16 @@ def _effect(found: FoundEffect, place: int, of: int) -> Html:
         "div",
         element("h3", capital(named(found.name))),
         paragraph(capital(sentence(found)) + "."),
-        paragraph("It lowers the drift of data that were not fitted by ", gain, end),
+        paragraph(f"It lowers the {drift} of data that were not fitted by ", gain, end),
         paragraph(element("strong", "What to do: "), found.effect.advice),
         table(f"Parameters of {named(found.name)}", ("parameter", "value", "95 % interval"), rows) if rows else None,
-        _rivals(found, place),
+        _rivals(found, place, drift),
     )
+
+
+def _drift(diagnosis: Diagnosis) -> str:
+    """What models are compared by. Only residuals of counts are added up over some ticks, to see a drift."""
+    return "drift chi2" if diagnosis.fit.floor_known else "chi2 per sample"
 
 
 def _parameter(found: FoundEffect, name: str, place: int) -> list[Content]:
@@ -67,7 +71,7 @@ def _parameter(found: FoundEffect, name: str, place: int) -> list[Content]:
     return [element("code", name), shown, between(factor * value, factor * error, unit) + doubt]
 
 
-def _rivals(found: FoundEffect, place: int) -> Content:
+def _rivals(found: FoundEffect, place: int, drift: str) -> Content:
     if not found.rivals:
         return None
     rows = []
@@ -75,7 +79,7 @@ def _rivals(found: FoundEffect, place: int) -> Content:
         excess = number(rival.chi2_excess, f"effects.{place}.rivals.{k}.chi2_excess", f"{plainly(rival.chi2_excess)}")
         told = "no: it may as well be this" if rival.inseparable else "yes"
         rows.append((named(rival.name), excess, told))
-    head = ("instead", "drift chi2 above the named one's", "told apart by this recording")
+    head = ("instead", f"{drift} above the named one's", "told apart by this recording")
     return table(f"Rivals of {named(found.name)}, the nearest first", head, rows)
 
 

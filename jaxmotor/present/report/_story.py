@@ -30,7 +30,7 @@ def story(recording: Recording, *, seed: int = 0) -> Story:
     **Raises:** `JaxmotorError`, one sentence, where the recording does not determine a linear motor.
     """
     diagnosis = diagnose(recording, seed=seed)
-    held_out = _held_out(recording)
+    held_out = held_out_runs(recording)
     if not held_out:
         return Story(recording, diagnosis, None, "the recording has neither two steps nor a closed loop", seed)
     try:
@@ -49,8 +49,8 @@ def digest(source: Path) -> str:
         raise JaxmotorError(f"{source}: cannot be read ({error.strerror})") from error
 
 
-def _held_out(recording: Recording) -> list[int]:
-    """Half of the steps, and the loops."""
+def held_out_runs(recording: Recording) -> list[int]:
+    """Half of the steps where there are several, and the loops: what a linear motor is then held against."""
     kinds = [segment.kind for segment in recording.segments]
     steps = [index for index, kind in enumerate(kinds) if kind == "step"]
     loops = [index for index, kind in enumerate(kinds) if kind == "closed_loop"]

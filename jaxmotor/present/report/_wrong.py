@@ -5,13 +5,15 @@ import math
 import numpy as np
 
 from jaxmotor.diagnosis import Diagnosis, Look, MissingVolts
-from jaxmotor.present._missing import BINS, COORDINATES
+from jaxmotor.present._missing import COORDINATES, along, bin_means, explained_percent
 from jaxmotor.present.report._html import Content, Html, bullets, details, element, number, paragraph, table
+from jaxmotor.present.report._motor import spacing
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Mark, Panel, dots, legend, level, line, plot
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import capital, nothing_left, of_rounding, plainly, seen_in
+from jaxmotor.recording import Recording
+from jaxmotor.words import capital, named, nothing_left, of_rounding, plainly, seen_in
 
 MOST_DOTS = 1_500
 """In a panel; windows beyond that are left out evenly."""
@@ -22,11 +24,25 @@ def wrong_section(story: Story) -> Content:
     diagnosis = story.diagnosis
     missing = diagnosis.missing
     if not math.isfinite(missing.rms_V):
-        return paragraph("The recording is too short, or its ticks too uneven, to say what the linear model lacks.")
+        return paragraph(_not_seen(story.recording))
     content: list[Content] = [paragraph(_lacks(diagnosis)), _seen(diagnosis)]
     content.append(figure(_drawing(diagnosis), _caption(diagnosis), _key(diagnosis)))
     content.append(details("The numbers", _table(diagnosis)))
     return content
+
+
+def _not_seen(recording: Recording) -> str:
+    """Why there are no missing volts to show."""
+    if recording.measured != "count":
+        needs = f"an encoder's counts, and the recording has {named(recording.measured)}s"
+    elif recording.period_s is None:
+        needs = f"ticks, and the recording has uneven time stamps (rows are {spacing(recording)})"
+    else:
+        return "The recording is too short to show the voltage that the linear model lacks."
+    return (
+        f"The voltage that the linear model lacks, moment by moment, is computed from {needs}. "
+        "Causes are found without it: see below."
+    )
 
 
 def _lacks(diagnosis: Diagnosis) -> Html:
@@ -65,7 +81,7 @@ def _drawing(diagnosis: Diagnosis) -> Html:
 
 
 def _panel(diagnosis: Diagnosis, coordinate: str, label: str, up: Scale) -> Panel:
-    at = _at(diagnosis.missing, coordinate)
+    at = along(diagnosis.missing, coordinate)
     if not np.isfinite(at).any():
         return Panel(Scale(0.0, 1.0, f"{label}: not known"), up, [], height=150.0)
     across = Scale.of(at, label)
@@ -81,34 +97,22 @@ def _panel(diagnosis: Diagnosis, coordinate: str, label: str, up: Scale) -> Pane
 
 def _marks(volts: MissingVolts, coordinate: str, up: Scale, look: tuple[str, str, str]) -> list[Mark]:
     """A dot for each window, and the means of bins."""
-    at, missing_mV = _at(volts, coordinate), 1e3 * volts.volts
+    at, missing_mV = along(volts, coordinate), 1e3 * volts.volts
     known = np.isfinite(at)
     at, missing_mV = at[known], missing_mV[known]
     if not len(at):
         return []
-    edges = np.unique(np.quantile(at, np.linspace(0, 1, BINS + 1)))
-    bins = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, max(len(edges) - 2, 0))
-    means = np.array([(at[bins == k].mean(), missing_mV[bins == k].mean()) for k in np.unique(bins)]).T
     every = 1 + len(at) // MOST_DOTS
     inside = (missing_mV >= up.low) & (missing_mV <= up.high)
     return [
         dots(at[inside][::every], missing_mV[inside][::every], look[0]),
-        line(means[0], means[1], look[1], f"{look[2]}, mean"),
+        line(*bin_means(at, missing_mV), look[1], f"{look[2]}, mean"),
     ]
 
 
-def _at(volts: MissingVolts, coordinate: str) -> np.ndarray:
-    return {
-        "speed": volts.speed_rad_s,
-        "voltage": volts.input_V,
-        "angle": np.mod(volts.angle_rad, 2 * np.pi),
-        "time": volts.time_s,
-    }[coordinate]
-
-
 def _share(looks: tuple[Look, ...], coordinate: str) -> str:
-    shares = [look.share for look in looks if look.coordinate == coordinate and look.beyond_chance]
-    return f"{100 * max(shares):.0f} %" if shares else "no more than chance"
+    percent = explained_percent(looks, coordinate)
+    return f"{percent:.0f} %" if percent else "no more than chance"
 
 
 def _key(diagnosis: Diagnosis) -> Html:
