@@ -1,9 +1,10 @@
 """Sine fit, gain and pole of 2000 motors x 16 frequencies x 1000 ticks, against one sum over the data and against
 fitting motor by motor: the paper's Nelder-Mead, and numpy's and scipy's least squares.
 
-The peers fit what the paper fits: amplitude and phase of each sine, then gain and pole to the 16 responses. They get
-the columns and the exact response that this project's `identify` uses, so that answers can be compared; Nelder-Mead
-is scipy's with its defaults. `--motors 200` makes it small.
+The peers fit what the paper fits: amplitude and phase of each sine, then gain and pole to the 16 responses. numpy and
+scipy solve the very problem that is solved here, so that answers can be compared; Nelder-Mead is scipy's with its
+defaults, and has the exact response of a count difference. Each peer's time is the mean over some motors of its
+shortest of three. `--motors 200` makes it small.
 """
 
 import argparse
@@ -15,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from made import COUNTS, PERIOD, held, motion
 from scipy.optimize import least_squares, minimize
+from scipy.signal import lfilter
 
 from jaxmotor.fleet import fit_projected, fit_shared, project, shared_plan
 
@@ -77,33 +79,32 @@ def of_phasor(position: np.ndarray, drive: np.ndarray) -> np.ndarray:
     return (z - 1) / PERIOD * UNIT * position / drive
 
 
+ANGLE = 2 * np.pi * FREQUENCIES_HZ[:, None] * TIME
+COLUMNS = np.stack([np.sin(ANGLE), np.cos(ANGLE), np.ones_like(ANGLE), np.broadcast_to(TIME, ANGLE.shape)], axis=-1)
+INVERSE = np.linalg.inv(np.einsum("fnc,fnd->fcd", COLUMNS, COLUMNS))
+PROJECT = np.einsum("fcd,fnd->fcn", INVERSE, COLUMNS)[:, :2]
+WHITEN = np.linalg.inv(np.linalg.cholesky(INVERSE[:, :2, :2] / 12))
+DRIVE = np.einsum("fcn,fn->fc", PROJECT, VOLTS) @ [1, 1j]
+
+
+def from_rest(pole: float) -> np.ndarray:
+    """Coefficients (frequency, 2) that the sine fit reads of a motor with gain 1 that starts from rest [counts]."""
+    p = np.exp(-pole * PERIOD)
+    g = (1 - p) / (pole * PERIOD)
+    turn = PERIOD * (g * lfilter([0, 1 - p], [1, -p], VOLTS) + (1 - g) * VOLTS)
+    return (PROJECT @ (np.cumsum(turn, axis=1) - turn)[..., None])[..., 0] / UNIT
+
+
 def by_scipy(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """numpy's lstsq with the columns sin, cos, 1, t, exp(-a t), three rounds for a; then scipy's least_squares."""
-    drive, pole = phasors(VOLTS, None), 20.0
-    response = drive
-    for _ in range(3):
-        response = of_phasor(phasors(counts, pole), drive)
-        pole = linear_start(response)[1]
+    """numpy's lstsq for each sine, then scipy's least_squares for gain and pole: the problem that is solved here."""
+    read = np.array([np.linalg.lstsq(columns, row)[0][:2] for columns, row in zip(COLUMNS, counts, strict=True)])
 
     def residual(x: np.ndarray) -> np.ndarray:
-        left = 1 - mean_speed(x[0], np.exp(x[1])) / response
-        return np.concatenate([left.real, left.imag])
+        return np.einsum("fij,fj->fi", WHITEN, read - x[0] * from_rest(np.exp(x[1]))).ravel()
 
-    gain, pole = linear_start(response)
+    gain, pole = linear_start(of_phasor(read @ [1, 1j], DRIVE))
     found = least_squares(residual, [gain, np.log(pole)], method="lm", xtol=1e-10, ftol=1e-10).x
-    return response, np.array([found[0], np.exp(found[1])])
-
-
-def phasors(rows: np.ndarray, pole: float | None) -> np.ndarray:
-    found = []
-    for frequency, row in zip(FREQUENCIES_HZ, rows, strict=True):
-        angle = 2 * np.pi * frequency * TIME
-        columns = [np.sin(angle), np.cos(angle), np.ones(TICKS)]
-        if pole is not None:
-            columns += [TIME, np.exp(-pole * TIME)]
-        b = np.linalg.lstsq(np.stack(columns, axis=1), row)[0]
-        found.append(complex(b[0], b[1]))
-    return np.array(found)
+    return read, np.array([found[0], np.exp(found[1])])
 
 
 def by_simplex(counts: np.ndarray) -> tuple[float, np.ndarray]:
@@ -158,9 +159,9 @@ def main() -> None:
     for name, peer in (("numpy + scipy least squares", by_scipy), ("Nelder-Mead, the paper's", by_simplex)):
         chosen = np.arange(min(given.peers, given.motors))
         peer(counts[:, 0].astype(float))
-        begin = time.perf_counter()
-        answers = np.array([peer(counts[:, m].astype(float))[1] for m in chosen])
-        each = (time.perf_counter() - begin) / len(chosen)
+        rows = [counts[:, m].astype(float) for m in chosen]
+        answers = np.array([peer(row)[1] for row in rows])
+        each = float(np.mean([best(lambda row=row, peer=peer: peer(row), 3) for row in rows]))
         ours = np.stack([found.gain, found.pole], axis=1)[chosen]
         apart, true = np.abs(answers / ours - 1).max(0), np.stack([gains, poles], axis=1)[chosen]
         error = np.sqrt(np.mean((answers / true - 1) ** 2, axis=0))

@@ -5,6 +5,7 @@ twice because a worker was lost is written twice to the same name. Dask gives a 
 """
 
 import contextlib
+import functools
 import os
 import platform
 from collections.abc import Callable, Iterator, Sequence
@@ -32,7 +33,8 @@ def on_cluster(
         client = opened.enter_context(_local(distributed, workers) if address == "local" else _at(distributed, address))
         check_versions(versions(), client.run(versions))
         # Nothing is pure here: a key of its own for each run, else the scheduler hands out an older run's word.
-        futures = client.map(do, list(tasks), pure=False, retries=LOSSES)
+        run = functools.partial(_as_here, _compiling(), do) if address == "local" else do
+        futures = client.map(run, list(tasks), pure=False, retries=LOSSES)
         for future in distributed.as_completed(futures):
             yield _result(future)
 
@@ -57,7 +59,7 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
     with (
         dask.config.set(settings),
         distributed.LocalCluster(
-            n_workers=number, threads_per_worker=1, dashboard_address=None, silence_logs=50, env=_compiled_here()
+            n_workers=number, threads_per_worker=1, dashboard_address=None, silence_logs=50
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
@@ -65,16 +67,23 @@ def _local(distributed: Any, workers: int | None) -> Iterator[Any]:
         yield client
 
 
-def _compiled_here() -> dict[str, str]:
-    """Environment in which a worker finds what this program has compiled."""
+def _compiling() -> dict[str, Any]:
+    """Settings with which a worker on this machine finds what this program has compiled."""
     folder = needs("jax").config.values["jax_compilation_cache_dir"]
-    if folder is None:
-        return {}
-    return {
-        "JAX_COMPILATION_CACHE_DIR": str(folder),
-        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
-        "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
-    }
+    always = {"jax_persistent_cache_min_compile_time_secs": 0.0, "jax_persistent_cache_min_entry_size_bytes": -1}
+    return {"jax_compilation_cache_dir": folder} | ({} if folder is None else always)
+
+
+def _as_here(settings: dict[str, Any], do: Callable[[Any], tuple[int, int, int]], task: Any) -> tuple[int, int, int]:
+    """`do(task)` on a worker with JAX's `settings`.
+
+    Variables of the environment would come too late where the worker's main module, which is the caller's, imports JAX;
+    and what is compiled without a folder to keep it differs in the last digits (`_programs`).
+    """
+    config = needs("jax").config
+    for name, value in settings.items():
+        config.update(name, value)
+    return do(task)
 
 
 @contextlib.contextmanager

@@ -12,19 +12,25 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor.fleet._outside import farthest
 from jaxmotor.fleet._random_effects import random_effects
 from jaxmotor.fleet._robust import chi_square_quantile, robust
 
 LEAST = 5
 """Motors for each parameter, below which a spread says nothing."""
-OUTSIDE = 0.999
-"""Part of the motors of one kind that are to lie within the threshold."""
-ROUNDS = 10
+FALSE_ALARM = 0.03
+"""Chance that a fleet of motors of one kind has one beyond the threshold; simulated it is 3 to 5 %."""
+WELL_WITHIN = 0.975
+"""Part of the motors that the first round is made of."""
+ROUNDS = 20
 """Most rounds in which it is settled who belongs."""
 SAME = 1e-12
 """Relative difference of estimates that is rounding."""
 LEAST_ERROR = 1e-6
 """Of an estimate, in standard deviations of all: less is not told from none."""
+
+
+Common = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 class Outlier(NamedTuple):
@@ -143,9 +149,8 @@ def population_of(
     differ = np.flatnonzero(_differs(estimates))
     if len(differ):
         own, own_names = np.ix_(differ, differ), tuple(names[k] for k in differ)
-        threshold = float(np.sqrt(chi_square_quantile(OUTSIDE, len(differ))))
         y, s = estimates[:, differ], _told_from_none(estimates[:, differ], errors[:, *own])
-        mean[differ], mean_covariance, covariance[own], distance = _settled(y, s, threshold)
+        (mean[differ], mean_covariance, covariance[own], distance), threshold = _settled(y, s)
         mean_error[differ] = np.sqrt(np.diag(mean_covariance))
         away, spread = y - mean[differ], covariance[own] + s
         outliers = tuple(
@@ -170,26 +175,46 @@ def _told_from_none(estimates: np.ndarray, errors: np.ndarray) -> np.ndarray:
     return errors + np.diag((LEAST_ERROR * estimates.std(0)) ** 2)
 
 
-def _settled(
-    estimates: np.ndarray, errors: np.ndarray, threshold: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Mean, its covariance, the covariance between motors, and distances, with those outside left out."""
-    centre, shape = robust(estimates)
-    inside = _distance(estimates - centre, np.broadcast_to(shape, errors.shape)) <= threshold
+def _settled(estimates: np.ndarray, errors: np.ndarray) -> tuple[Common, float]:
+    """What the motors that belong have in common, and the distance beyond which one does not."""
+    number, size = estimates.shape
+
+    def of_those(inside: np.ndarray) -> tuple[Common, tuple[float, float]]:
+        found = _of_those(inside, estimates, errors)
+        return found, farthest(_as_many(found[2] + errors[inside]), size, FALSE_ALARM / number)
+
+    inside = _surely_inside(estimates)
     # That is right where all are known equally well. A badly known motor may lie farther away and still belong.
-    found = _of_those(inside, estimates, errors)
+    found, limits = of_those(inside)
     for _ in range(ROUNDS):
-        after = found[-1] <= threshold
+        after = found[-1] <= np.where(inside, *limits)
         if (after == inside).all():
             break
-        inside, found = after, _of_those(after, estimates, errors)
-    return found
+        inside, (found, limits) = after, of_those(after)
+    return found, limits[1]
 
 
-def _of_those(
-    inside: np.ndarray, estimates: np.ndarray, errors: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """What the motors `inside` (m,) have in common, and the distance of all from it."""
+def _as_many(covariances: np.ndarray) -> float:
+    """Equally well known motors that tell as much of the spread as those with `covariances` (m, p, p) do.
+
+    With the inverse variances w that is (Σ w)²/Σ w².
+    """
+    log_det = np.linalg.slogdet(covariances)[1]
+    weight = np.exp((log_det.min() - log_det) / covariances.shape[-1])
+    return float(weight.sum() ** 2 / (weight**2).sum())
+
+
+def _surely_inside(estimates: np.ndarray) -> np.ndarray:
+    """(m,) whether a motor lies in the midst of them: at least half do."""
+    number, size = estimates.shape
+    centre, shape = robust(estimates)
+    square = _distance(estimates - centre, np.broadcast_to(shape, (number, size, size))) ** 2
+    half = np.sort(square)[(number + size + 1) // 2 - 1]
+    return square <= max(half, chi_square_quantile(WELL_WITHIN, size))
+
+
+def _of_those(inside: np.ndarray, estimates: np.ndarray, errors: np.ndarray) -> Common:
+    """Of the motors `inside` (m,): mean, its covariance, the covariance between motors; and the distance of all."""
     mean, mean_covariance, covariance = random_effects(estimates[inside], errors[inside])
     same = ~_differs(estimates[inside])
     covariance[same], covariance[:, same] = 0.0, 0.0

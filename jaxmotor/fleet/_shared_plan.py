@@ -4,18 +4,21 @@ With the plan shared, the sine fit of every motor is one matrix: the rows of (X�
 and t of each frequency. The same matrix applied to an exact simulation of the plan gives what the fit would read of a
 motor with pole a, start from rest and duty steps included; tabulated over log a as a Chebyshev series it is exact to
 rounding and shared, too. Gain and pole are then least squares on a few numbers per motor, K in closed form and log a by
-Gauss-Newton from the best entry of the table.
+Gauss-Newton from the best entry of the table. With h(log a) the model of gain 1 they need y·h, whose series each motor
+gets by one matrix product, and h·h and the like, which are shared: some hundred numbers a step, and no matrices.
 
 Data are (frequency, motor, tick): each frequency is one matrix product, as fast as the memory.
 """
 
-from typing import NamedTuple
+import functools
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from numpy.polynomial.chebyshev import chebder, chebval
 
 from jaxmotor._precision import in_float64, to_jax
 from jaxmotor.motor import FirstOrder, simulate
@@ -23,8 +26,10 @@ from jaxmotor.motor import FirstOrder, simulate
 NODES = 48
 """Of the Chebyshev series over log a."""
 POLES_RAD_S = (1.0, 2000.0)
-STEPS = 4
-"""Of Gauss-Newton; from a node they reach rounding."""
+MIDDLE, HALF = float(np.log(np.prod(POLES_RAD_S)) / 2), float(np.log(POLES_RAD_S[1] / POLES_RAD_S[0]) / 2)
+"""Of the range of log a: the series' argument is (log a - MIDDLE)/HALF."""
+STEPS, LONGEST = 4, 1 / HALF
+"""Of Gauss-Newton; from a node they reach rounding. None is longer than 1 in log a."""
 
 
 class SharedPlan(eqx.Module):
@@ -33,13 +38,17 @@ class SharedPlan(eqx.Module):
     frequency_Hz: Float[Array, " f"]
     project: Float[Array, "f n 2"]
     """From positions [counts] to the coefficients of sin and cos, in standard errors of them."""
-    whiten: Float[Array, "f 2 2"]
-    """From coefficients [counts] to standard errors."""
+    colour: Float[Array, "f 2 2"]
+    """From standard errors back to coefficients [counts]."""
     series: Float[Array, "k f 2"]
     """Chebyshev series, over log a, of `project` applied to a motor with gain 1."""
     nodes: Float[Array, "k f 2"]
     """Its values at the nodes."""
     log_pole_nodes: Float[Array, " k"]
+    square: Float[Array, " l"]
+    """Series of h·h, h what `series` gives."""
+    bend: Float[Array, " k"]
+    """Series of dh·dh less the part of dh along h, both over the series' argument."""
 
 
 class SharedFit(NamedTuple):
@@ -63,17 +72,42 @@ class SharedFit(NamedTuple):
 def shared_plan(frequency_Hz: np.ndarray, volts: np.ndarray, period_s: float, counts_per_rev: float) -> SharedPlan:
     """The plan in which motors at rest get `volts` (frequency, tick) [V], a sine of each of `frequency_Hz`."""
     frequency, drive, period, unit = to_jax((frequency_Hz, volts, period_s, 2 * np.pi / counts_per_rev))
-    node = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
-    low, high = np.log(POLES_RAD_S)
-    logs = to_jax((low + high) / 2 + (high - low) / 2 * node)
-    # Values at the nodes to coefficients of the series.
-    order = np.cos(np.outer(np.arange(NODES), np.pi * (np.arange(NODES) + 0.5) / NODES)) * 2 / NODES
-    order[0] /= 2
-    return _shared_plan(frequency, drive, period, unit, logs, to_jax(order))
+    logs = to_jax(_log_pole(_nodes(NODES)))
+    project, colour, nodes = _tables(frequency, drive, period, unit, logs)
+    series = _series(np.asarray(nodes))
+    square, bend = _shared_sums(series.reshape(NODES, -1))
+    return SharedPlan(frequency, project, colour, to_jax(series), nodes, logs, to_jax(square), to_jax(bend))
+
+
+def _nodes(number: int) -> np.ndarray:
+    """Of a Chebyshev series of `number` terms, on [-1, 1]."""
+    return np.cos(np.pi * (np.arange(number) + 0.5) / number)
+
+
+def _series(values: np.ndarray) -> np.ndarray:
+    """The series (k, ...) of a function with `values` (k, ...) at its nodes."""
+    number = len(values)
+    terms = np.cos(np.outer(np.arange(number), np.pi * (np.arange(number) + 0.5) / number)) * 2 / number
+    terms[0] /= 2
+    return np.tensordot(terms, values, 1)
+
+
+def _log_pole(x: Any) -> Any:
+    """log a of the series' argument."""
+    return MIDDLE + HALF * x
+
+
+def _shared_sums(series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`square` and `bend` of the model that `series` (k, c) gives."""
+    square = (chebval(_nodes(2 * NODES - 1), series) ** 2).sum(0)
+    model, slope = chebval(_nodes(NODES), series), chebval(_nodes(NODES), chebder(series))
+    bend = (slope**2).sum(0) - (model * slope).sum(0) ** 2 / (model**2).sum(0)
+    return _series(square), _series(bend)
 
 
 @eqx.filter_jit
-def _shared_plan(frequency, volts, period, unit, logs, order) -> SharedPlan:
+def _tables(frequency, volts, period, unit, logs) -> tuple[Array, Array, Array]:
+    """`project`, `colour` and `nodes`."""
     length = volts.shape[1]
     tick = jnp.arange(length, dtype=volts.dtype)
     angle = 2 * jnp.pi * frequency[:, None] * period * tick[None]
@@ -81,8 +115,8 @@ def _shared_plan(frequency, volts, period, unit, logs, order) -> SharedPlan:
     columns = jnp.stack([jnp.sin(angle), jnp.cos(angle), *more], axis=-1)
     inverse = jnp.linalg.inv(jnp.einsum("fnc,fnd->fcd", columns, columns))
     fit = jnp.einsum("fcd,fnd->fnc", inverse, columns)[..., :2]
-    whiten = jax.vmap(lambda covariance: jnp.linalg.inv(jnp.linalg.cholesky(covariance)))(inverse[:, :2, :2] / 12)
-    project = jnp.einsum("fij,fnj->fni", whiten, fit)
+    colour = jnp.linalg.cholesky(inverse[:, :2, :2] / 12)
+    project = jnp.einsum("fij,fnj->fni", jnp.linalg.inv(colour), fit)
     reset = jnp.zeros(length, bool).at[0].set(True)
 
     def at(log_pole):
@@ -90,8 +124,7 @@ def _shared_plan(frequency, volts, period, unit, logs, order) -> SharedPlan:
         turn = jax.vmap(lambda u: simulate(motor, u, reset, jnp.zeros_like(u), period).turn)(volts) / unit
         return jnp.einsum("fnc,fn->fc", project, jnp.cumsum(turn, axis=1) - turn)
 
-    nodes = jax.lax.map(at, logs)
-    return SharedPlan(frequency, project, whiten, jnp.einsum("jk,kfc->jfc", order, nodes), nodes, logs)
+    return project, colour, jax.lax.map(at, logs)
 
 
 def fit_shared(plan: SharedPlan, position: Float[Array, "f m n"]) -> SharedFit:
@@ -109,52 +142,54 @@ def project(plan: SharedPlan, position: Float[Array, "f m n"]) -> Float[Array, "
 
 def fit_projected(plan: SharedPlan, read: Float[Array, "f m 2"]) -> SharedFit:
     """Gain and pole from the sine fit."""
-    read = jnp.swapaxes(read.astype(plan.series.dtype), 0, 1)
-    flat = read.reshape(read.shape[0], -1)
-    table = plan.nodes.reshape(NODES, -1)
-    along = flat @ table.T
-    best = jnp.argmax(along**2 / (table**2).sum(1)[None], axis=1)
-    gain, log_pole, model, slope = _refined(plan, flat, plan.log_pole_nodes[best])
-    left = flat - gain[:, None] * model
-    chi2 = (left**2).sum(1) / (flat.shape[1] - 2)
-    # Information on log K and log a.
-    gg, ga, aa = (model**2).sum(1), (model * slope).sum(1), (slope**2).sum(1)
-    rest = gain**2 * (gg * aa - ga**2) / jnp.maximum(chi2, 1.0)
-    whitened = jnp.linalg.inv(plan.whiten)
-    coefficients = jnp.einsum("fij,mfj->mfi", whitened, read)
-    return SharedFit(coefficients, gain, jnp.exp(log_pole), jnp.sqrt(aa / rest), jnp.sqrt(gg / rest), chi2)
+    read = read.astype(plan.series.dtype)
+    flat = jnp.swapaxes(read, 1, 2).reshape(-1, read.shape[1])
+    series, table = plan.series.reshape(NODES, -1), plan.nodes.reshape(NODES, -1)
+    best = jnp.argmax((table @ flat) ** 2 / (table**2).sum(1)[:, None], axis=0)
+    x = _refined(plan, series @ flat, (plan.log_pole_nodes[best] - MIDDLE) / HALF)
+    terms, slopes = _chebyshev(x, len(plan.square))
+    square, square_slope, bend = _shared(plan, terms, slopes)
+    model = series.T @ jnp.stack(terms[:NODES])
+    gain = (model * flat).sum(0) / square
+    chi2 = ((flat - gain[None] * model) ** 2).sum(0) / (flat.shape[0] - 2)
+    # The information on log K and log a is K² [hh, hd; hd, dd], with d the derivative of h by log a.
+    noise = jnp.maximum(chi2, 1.0) / gain**2
+    pole_error = jnp.sqrt(noise / bend) * HALF
+    gain_error = jnp.sqrt(noise * (1 / square + (square_slope / square) ** 2 / (4 * bend)))
+    coefficients = jnp.einsum("fij,fmj->mfi", plan.colour, read)
+    return SharedFit(coefficients, gain, jnp.exp(_log_pole(x)), gain_error, pole_error, chi2)
 
 
-def _refined(plan: SharedPlan, flat: Float[Array, "m c"], log_pole: Float[Array, " m"]):
-    """Gain, log a, and the model of gain 1 with its derivative by log a, after `STEPS` Gauss-Newton steps."""
-    low, high = np.log(POLES_RAD_S)
-    series = plan.series.reshape(NODES, -1)
+def _refined(plan: SharedPlan, series: Float[Array, "k m"], x: Float[Array, " m"]) -> Float[Array, " m"]:
+    """The series' argument after `STEPS` Gauss-Newton steps from `x`; `series` is that of b = y·h.
 
-    def at(log_pole):
-        x = jnp.clip((2 * log_pole - (low + high)) / (high - low), -1.0, 1.0)
-        first, second = _chebyshev(x)
-        return first @ series, second @ series * (2 / (high - low))
+    With s = h·h and e the bend, K is at its best b/s for every a, and the step is (db - b ds/2s) s/(b e).
+    """
 
-    def step(_, log_pole):
-        model, slope = at(log_pole)
-        gain = (model * flat).sum(1) / (model**2).sum(1)
-        left = flat - gain[:, None] * model
-        # K at its best for every a: what of the slope K cannot do.
-        own = slope - ((slope * model).sum(1) / (model**2).sum(1))[:, None] * model
-        delta = (own * left).sum(1) / (gain * (own**2).sum(1))
-        return log_pole + jnp.clip(delta, -1.0, 1.0)
+    def step(_, x):
+        terms, slopes = _chebyshev(x, len(plan.square))
+        along, along_slope = _sum(series, terms), _sum(series, slopes)
+        square, square_slope, bend = _shared(plan, terms, slopes)
+        delta = (along_slope * square - along * square_slope / 2) / (along * bend)
+        return jnp.clip(x + jnp.clip(delta, -LONGEST, LONGEST), -1.0, 1.0)
 
-    log_pole = jax.lax.fori_loop(0, STEPS, step, log_pole)
-    model, slope = at(log_pole)
-    return (model * flat).sum(1) / (model**2).sum(1), log_pole, model, slope
+    return jax.lax.fori_loop(0, STEPS, step, x)
 
 
-def _chebyshev(x: Float[Array, " m"]) -> tuple[Float[Array, "m k"], Float[Array, "m k"]]:
+def _shared(plan: SharedPlan, terms: list[Float[Array, " m"]], slopes: list[Float[Array, " m"]]):
+    """h·h, its derivative, and the bend."""
+    return _sum(plan.square, terms), _sum(plan.square, slopes), _sum(plan.bend, terms)
+
+
+def _sum(series: Float[Array, "k ..."], terms: list[Float[Array, " m"]]) -> Float[Array, " m"]:
+    return functools.reduce(jnp.add, (series[k] * term for k, term in enumerate(terms[: len(series)])))
+
+
+def _chebyshev(x: Float[Array, " m"], number: int) -> tuple[list[Float[Array, " m"]], list[Float[Array, " m"]]]:
     """T_k(x) and its derivative k U_{k-1}(x), by their recurrence: cheaper than cosines, and exact on [-1, 1]."""
     one, none = jnp.ones_like(x), jnp.zeros_like(x)
     first, second = [one, x], [none, one]
-    for _ in range(2, NODES):
+    for _ in range(2, number):
         first.append(2 * x * first[-1] - first[-2])
         second.append(2 * x * second[-1] - second[-2])
-    slopes = [k * each for k, each in enumerate(second)]
-    return jnp.stack(first, axis=1), jnp.stack(slopes, axis=1)
+    return first, [k * each for k, each in enumerate(second)]

@@ -3,6 +3,8 @@
 import os
 import random
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
@@ -51,6 +53,34 @@ def test_same_results_as_without(tmp_path, monkeypatch):
     identify_fleet(folder, tmp_path / "here.parquet", workers=1)
     identify_fleet(folder, tmp_path / "there.parquet", cluster="local", workers=1)
     assert table(tmp_path / "here.parquet") == table(tmp_path / "there.parquet")
+
+
+SCRIPT = """
+import sys
+
+import jax
+
+from jaxmotor.fleet._cluster import on_cluster
+
+
+def kept_there(task):
+    return task, int(jax.config.values["jax_compilation_cache_dir"] == sys.argv[1]), 0
+
+
+if __name__ == "__main__":
+    jax.config.update("jax_compilation_cache_dir", sys.argv[1])
+    print(list(on_cluster([5], kept_there, "local", 1)))
+"""
+
+
+def test_workers_compile_as_the_caller_does(tmp_path):
+    """Also where the caller's script, which a worker imports first, imports JAX."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    done = subprocess.run(
+        [sys.executable, script, tmp_path / "kept"], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "[(5, 1, 0)]"
 
 
 def test_no_scheduler_is_one_sentence(tmp_path, monkeypatch):

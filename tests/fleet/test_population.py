@@ -148,16 +148,6 @@ def test_more_than_half_of_the_motors_are_the_same():
     assert found.outliers == () and np.isfinite(found.distance).all()
 
 
-def test_few_of_a_good_fleet_are_named():
-    """One of a thousand is expected beyond the threshold; that of 20 fleets of 200 more than 20 are has chance 1e-7."""
-    number = 0
-    for seed in range(20):
-        estimates, errors = fleet(200, seed)
-        found = population_of(("a", "b"), (True, True), tuple(map(str, range(200))), estimates, errors)
-        number += len(found.outliers)
-    assert number < 20
-
-
 def test_a_badly_known_motor_belongs_all_the_same():
     """Every second motor is known fifty times worse than the others, far beyond the spread between them."""
     rng = np.random.default_rng(8)
