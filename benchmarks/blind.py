@@ -15,7 +15,7 @@ import time
 import numpy as np
 from hidden import OUTSIDE, SINGLE, Hidden, draw, draw_pair
 
-from jaxmotor.cli._runtime import use_compilation_cache
+from jaxmotor.cli._runtime import let_threads_compute, use_compilation_cache
 from jaxmotor.diagnosis import Diagnosis, diagnose
 
 
@@ -127,6 +127,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="seed")
     chosen = parser.parse_args()
     use_compilation_cache()
+    let_threads_compute()
     rows = []
     for suite in chosen.suites:
         kinds = {"single": SINGLE, "outside": OUTSIDE}.get(suite, (suite,))

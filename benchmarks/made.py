@@ -25,22 +25,24 @@ def motion(volts, gain, pole, period=PERIOD, speed=0.0):
     return at, period * (g * at + gain * (1 - g) * volts)
 
 
-def with_friction(volts, gain, pole, friction, fine=20):
-    """Angle at each tick of a motor with Coulomb friction [V], by `fine` exact steps a tick that stop at zero."""
-    p = np.exp(-pole * PERIOD / fine)
-    g = (1 - p) / (pole * PERIOD / fine)
+def with_friction(volts, gain, pole, friction):
+    """Angle at each tick of a motor with Coulomb friction [V]: exponentials from stop to stop, tick by tick."""
     angle, speed, now = np.empty(len(volts)), 0.0, 0.0
     for k, u in enumerate(volts):
-        angle[k] = now
-        for _ in range(fine):
-            against = np.sign(speed) if speed else np.sign(u) * min(1.0, abs(u) / friction)
-            net = u - friction * against
-            after = p * speed + gain * (1 - p) * net
-            if speed and after * speed < 0:
-                after = 0.0
-            else:
-                now += PERIOD / fine * (g * speed + gain * (1 - g) * net)
-            speed = after
+        angle[k], left = now, PERIOD
+        for _ in range(2):
+            towards = np.sign(speed) if speed else np.sign(u) * (abs(u) > friction)
+            if not towards:
+                break
+            final = gain * (u - towards * friction)
+            stop = np.log(1 - speed / final) / pole if speed * final < 0 else np.inf
+            time = min(stop, left)
+            fall = np.exp(-pole * time)
+            now += final * time + (speed - final) * (1 - fall) / pole
+            speed = 0.0 if stop < left else final + (speed - final) * fall
+            left -= time
+            if left <= 0:
+                break
     return angle
 
 

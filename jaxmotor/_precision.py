@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 P = ParamSpec("P")
@@ -35,5 +34,5 @@ def to_numpy(tree: T) -> T:
 
 def to_jax(tree: Any) -> Any:
     """`tree` with JAX arrays for leaves, in the precision that is on."""
-    # By way of numpy: JAX compiles a conversion for each kind of Python number.
-    return jax.tree.map(lambda leaf: jnp.asarray(np.asarray(leaf)), tree)
+    # Not by `jnp.asarray`, for which JAX compiles a program for each shape.
+    return jax.tree.map(lambda leaf: jax.device_put(np.asarray(leaf)), tree)

@@ -1,14 +1,19 @@
-"""Programs that start fast: what JAX traced is kept on disk beside what it compiled.
+"""Programs that start fast: what JAX traced and XLA compiled is kept on disk, and loaded without either.
 
 JAX's compilation cache saves the compiler's time but not that of tracing and lowering, which is most of a second run.
-Where a compilation cache is set, a program's exported form goes into the same folder and is called from there.
+Where a compilation cache is set, programs go into the same folder: machine code, as JAX's own cache holds, for the
+user who wrote it and nobody else.
 """
 
 import contextlib
 import functools
 import hashlib
+import json
+import platform
+import secrets
 import threading
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,18 +21,18 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax import export
+from jax.core import Tracer
+from jax.experimental import serialize_executable
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import replacing
 
 Arrays = dict[str, jax.Array]
+Call = Callable[[list[Any]], Arrays]
 PACKAGE = Path(__file__).parent
 MOST = 96
-"""Programs of one function that a process keeps; more come from the disk again."""
+"""Programs that a process keeps; more come from the disk again."""
 DIGEST = hashlib.sha256().digest_size
-# Calls of LAPACK that JAX does not promise to keep from one version to the next; the key names the version.
-UNPROMISED = [export.DisabledSafetyCheck.custom_call(f"lapack_{kind}ormqr_ffi") for kind in "sd"]
 
 
 def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
@@ -37,48 +42,95 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
     @functools.wraps(function)
     def call(*arguments: Any) -> Arrays:
         folder = jax.config.values["jax_compilation_cache_dir"]
-        if folder is None:
-            return jitted(*arguments)
-        dynamic, static = eqx.partition(arguments, eqx.is_array)
+        dynamic, static = eqx.partition(arguments, _is_array)
         leaves, tree = jax.tree.flatten(dynamic)
+        if folder is None or any(isinstance(leaf, Tracer) for leaf in leaves):
+            return jitted(*arguments)
         chosen, choices = jax.tree.flatten(static)
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
         # Compared as it is, not printed: printing a large tree takes longer than running its program.
-        about = (folder, tree, choices, tuple(chosen), shapes, jnp.result_type(float), jax.default_backend())
-        with lock:
-            called = known.pop(about, None)
-            if called is not None:
-                known[about] = called
+        about = (function, folder, tree, choices, tuple(chosen), shapes, jnp.result_type(float), jax.default_backend())
+        called = _recent.get(about)
         if called is None:
-            path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.traced"
+            path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.program"
 
             def flat(leaves: list[Any]) -> Arrays:
                 return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
 
-            called = _called(path, flat, leaves)
-            with lock:
-                known[about] = called
-                # The machine's memory for compiled code is not endless.
-                dropped = known.pop(next(iter(known))) if len(known) > MOST else None
-            if dropped is not None:
-                dropped.clear_cache()
+            called = _loaded(path, leaves) or _compiled(path, flat, leaves)
+            _recent.put(about, called)
         return called(leaves)
 
-    lock = threading.Lock()
-    known: dict[Any, Any] = {}
-    """By use, the latest last."""
     return call
 
 
-def _called(path: Path, flat: Callable[[list[Any]], Arrays], leaves: list[Any]) -> Any:
-    """The exported form in `path`, made first where there is none that is whole."""
+class _Recent:
+    """The programs that were used last: a machine's memory for compiled code is not endless."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.known: dict[Any, Call] = {}
+        """By use, the latest last."""
+
+    def get(self, about: Any) -> Call | None:
+        with self.lock:
+            called = self.known.pop(about, None)
+            if called is not None:
+                self.known[about] = called
+            return called
+
+    def put(self, about: Any, called: Call) -> None:
+        with self.lock:
+            self.known[about] = called
+            if len(self.known) > MOST:
+                self.known.pop(next(iter(self.known)))
+
+
+_recent = _Recent()
+
+
+def _is_array(leaf: Any) -> bool:
+    return isinstance(leaf, jax.Array | np.ndarray)
+
+
+def _compiled(path: Path, flat: Call, leaves: list[Any]) -> Call:
+    """`flat`, compiled for `leaves`, and kept in `path`."""
+    # A program that comes from JAX's own cache cannot be stored a second time; under a new name it is not found there.
+    flat.__name__ = f"program_{secrets.token_hex(8)}"
+    lowered = jax.jit(flat, keep_unused=True).lower(leaves)
+    compiled = lowered.compile(compiler_options=_quickly())
+    with contextlib.suppress(OSError):
+        for copy in path.parent.glob(f"jit_{flat.__name__}-*"):
+            copy.unlink()
+    with contextlib.suppress(ValueError, NotImplementedError):  # a kind of device whose programs cannot be stored
+        code, _, results = serialize_executable.serialize(compiled)
+        names = sorted(jax.tree.unflatten(results, range(results.num_leaves)))
+        about = {"names": names, "lapack": "lapack" in lowered.as_text()}
+        _store(path, json.dumps(about).encode() + b"\n" + code)
+    return compiled
+
+
+def _loaded(path: Path, leaves: list[Any]) -> Call | None:
+    """What `_compiled` kept in `path`; None where there is nothing that is whole and that this machine can run."""
     stored = _stored(path)
     if stored is None:
-        exported = export.export(jax.jit(flat), disabled_checks=UNPROMISED)(leaves)
-        _store(path, bytes(exported.serialize()))
-    else:
-        exported = export.deserialize(bytearray(stored))
-    return jax.jit(exported.call, compiler_options=_quickly())
+        return None
+    head, _, code = stored.partition(b"\n")
+    about = json.loads(head)
+    if about["lapack"]:
+        _register_lapack()
+    given, results = jax.tree.structure(((leaves,), {})), jax.tree.structure(dict.fromkeys(about["names"], 0))
+    try:
+        return serialize_executable.deserialize_and_load(
+            code, given, results, execution_devices=jax.local_devices()[:1]
+        )
+    except Exception:  # whatever stands in the way, compiling again is the answer
+        return None
+
+
+def _register_lapack() -> None:
+    """JAX makes LAPACK known to compiled programs only while it lowers one that calls it."""
+    jax.jit(jnp.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), jnp.result_type(float)))
 
 
 def _quickly() -> dict[str, Any]:
@@ -100,31 +152,34 @@ def _stored(path: Path) -> bytes | None:
     return stored if hashlib.sha256(stored).digest() == digest else None
 
 
-def _store(path: Path, exported: bytes) -> None:
-    """Keep `exported` with its digest. A cache that cannot be written costs time on the next run, nothing else."""
+def _store(path: Path, content: bytes) -> None:
+    """Keep `content` with its digest. A cache that cannot be written costs time on the next run, nothing else."""
     with contextlib.suppress(OSError, JaxmotorError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as part:
-            part.write_bytes(hashlib.sha256(exported).digest() + exported)
+            part.write_bytes(hashlib.sha256(content).digest() + content)
 
 
 def _key(function: Callable[..., Arrays], static: Any, tree: Any, leaves: list[Any]) -> str:
     shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
-    about = (
-        function.__module__,
-        str(tree),
-        str(static),
-        shapes,
-        np.dtype(jnp.result_type(float)),
-        jax.default_backend(),
-    )
-    return hashlib.sha256(repr((*about, _sources())).encode()).hexdigest()[:32]
+    about = (function.__module__, str(tree), str(static), shapes, np.dtype(jnp.result_type(float)))
+    return hashlib.sha256(repr((*about, _machine(), _sources())).encode()).hexdigest()[:32]
+
+
+@functools.cache
+def _machine() -> str:
+    """What the machine code is for: the kind of processor with all that it can do, or of accelerator."""
+    about = [platform.machine(), jax.default_backend(), *(device.device_kind for device in jax.local_devices()[:1])]
+    with contextlib.suppress(OSError):
+        lines = Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
+        about += [line for line in lines if line.startswith(("flags", "Features"))][:1]
+    return repr(about)
 
 
 @functools.cache
 def _sources() -> str:
     """Of which version the program is: JAX's, and this package's files."""
-    layers = ("motor", "estimate", "diagnosis", "fleet")
+    layers = ("motor", "estimate", "validation", "diagnosis", "fleet")
     files = [path for layer in layers for path in sorted((PACKAGE / layer).rglob("*.py"))]
     stamps = [(path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in files]
-    return repr((jax.__version__, stamps))
+    return repr((jax.__version__, version("jaxlib"), stamps))

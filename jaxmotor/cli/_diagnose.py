@@ -27,11 +27,12 @@ def diagnose_command(
 
 
 def _one(path: Path, json: bool, output: Path | None, seed: int) -> None:
-    from jaxmotor.cli._runtime import use_compilation_cache
+    from jaxmotor.cli._runtime import let_threads_compute, use_compilation_cache
     from jaxmotor.recording import read
 
     recording = read(path)
     use_compilation_cache()
+    let_threads_compute()
     from jaxmotor.cli._story import diagnosis_text
     from jaxmotor.diagnosis import diagnose, to_json
 

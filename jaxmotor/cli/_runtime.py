@@ -20,6 +20,17 @@ def use_compilation_cache() -> None:
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
 
+def let_threads_compute() -> None:
+    """Programs run in the threads that call them. JAX's own queue runs one after the other, on however many cores.
+
+    To be called before anything is computed.
+    """
+    import jax
+
+    if "jax_cpu_enable_async_dispatch" in jax.config.values:
+        jax.config.update("jax_cpu_enable_async_dispatch", False)
+
+
 def _writable(folder: Path) -> bool:
     try:
         folder.mkdir(parents=True, exist_ok=True)

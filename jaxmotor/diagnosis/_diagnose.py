@@ -16,7 +16,7 @@ from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._score import scored
-from jaxmotor.diagnosis._search import EXPLAINED, FINE, GAIN, SAME, Found, Named, Search, enough
+from jaxmotor.diagnosis._search import EXPLAINED, FINE, GAIN, RIVALRY, SAME, Found, Named, Search, enough
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._suspects import secants
@@ -132,7 +132,8 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
 def _rivals(held: HeldOut, found: Found, named: Named) -> tuple[Rival, ...]:
     rivals = []
     others = named.rivals[:RIVALS]
-    drifts = side_by_side(lambda other: held.drift(other.motor, other), others)
+    bar = held.fitted.chi2 + RIVALRY
+    drifts = side_by_side(lambda other: held.drift(other.motor, other, bar), others)
     for other, drift in zip(others, drifts, strict=True):
         name = next(name for name in other.names if name not in found.fitted.names)
         if drift > held.before.drift:

@@ -17,7 +17,9 @@ from jaxmotor.motor.effects import AbstractEffect, Rig, free_size, parameters
 
 def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     """Of the free numbers of `fitted`, whose rows belong to blocks `block` (n,); inf on the diagonal of any unknown."""
-    jacobian, layout = fitted.jacobian, fitted.layout
+    layout = fitted.layout
+    known = np.isfinite(fitted.jacobian).all(axis=0)
+    jacobian = np.where(known, fitted.jacobian, 0.0)
     finite = np.isfinite(layout.spread)
     prior = np.diag(np.where(finite, 1 / np.where(finite, layout.spread, 1.0) ** 2, 0.0))
     bread = _inverse(jacobian.T @ jacobian + prior)
@@ -28,7 +30,7 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     sandwich = bread @ meat @ bread
     own = bread * max(fitted.chi2, 1.0)
     grow = np.sqrt(np.maximum(np.diag(own) / np.maximum(np.diag(sandwich), 1e-300), 1.0))
-    return sandwich * np.outer(grow, grow)
+    return sandwich * np.outer(grow, grow) + np.diag(np.where(known, 0.0, np.inf))
 
 
 def _inverse(normal: np.ndarray) -> np.ndarray:

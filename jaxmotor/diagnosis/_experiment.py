@@ -46,8 +46,7 @@ def experiment(
     candidates = _candidates(solver.trial, period_s, float(first.linear.pole))
     trial = _on(solver.trial, candidates, first, period_s)
     other = Solver(trial)
-    width = other.width(second.layout)
-    wanted = other.residuals([first], np.zeros((1, other.pieces)), width)[0]
+    _, wanted = other.seen(first, np.zeros(other.pieces))
     shown, jacobian, _ = other.linearise(second.template, second.free, np.zeros(other.pieces))
     rows = trial.time.shape[1]
     excess = [

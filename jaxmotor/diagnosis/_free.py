@@ -5,14 +5,16 @@ laws of the current: both have a prior, the spread of hobby motors.
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
+import jax
 import numpy as np
 from jaxtyping import Float
 
 from jaxmotor._precision import to_jax
 from jaxmotor.motor import Motor, SecondOrder
-from jaxmotor.motor.effects import AbstractEffect, free_size, from_free, parameters, to_free
+from jaxmotor.motor.effects import AbstractEffect, free_size, parameters, to_free, values_at
 from jaxmotor.motor.effects._base import AbstractLoadEffect
 
 LAG_S = (60e-6, 40e-6)
@@ -78,13 +80,23 @@ def _elements(effect: AbstractEffect) -> list[tuple[str, tuple[float, ...]]]:
 
 def motor_at(template: Motor, free: Float[np.ndarray, " p"]) -> Motor:
     """The motor that `free` stands for; what is not fitted is `template`'s."""
-    gain = math.copysign(math.exp(free[0]), float(template.linear.gain))
-    effects, at = [], OWN
+    return to_jax(jax.tree.map(lambda leaf: leaf[0], motors_at(template, free[None])))
+
+
+def motors_at(template: Motor, frees: Float[np.ndarray, "k p"]) -> Motor:
+    """The motors that rows of `frees` stand for, as one whose leaves are (k,), in numpy."""
+    sign = math.copysign(1.0, float(template.linear.gain))
+    leaves, at = [sign * np.exp(frees[:, 0]), np.exp(frees[:, 1]), frees[:, 2]], OWN
     for effect in template.effects:
         size = free_size(effect)
-        effects.append(from_free(effect, free[at : at + size]))
+        leaves += values_at(effect, frees[:, at : at + size]).values()
         at += size
-    return linear_of(gain, math.exp(free[1]), free[2], free[3], tuple(effects))
+    return jax.tree.unflatten(jax.tree.structure(template), [*leaves, frees[:, 3]])
+
+
+def together(motors: Sequence[Motor]) -> Motor:
+    """Motors of one structure as one whose leaves are (k,), in numpy."""
+    return jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *motors)
 
 
 def linear_of(

@@ -1,6 +1,7 @@
 """What the extended motor is worth on data that it was not fitted to."""
 
 import dataclasses
+import math
 
 import numpy as np
 
@@ -35,9 +36,9 @@ class HeldOut:
     before: Scored
     after: Scored
 
-    def drift(self, motor: Motor, start: Fitted) -> float:
-        """chi2 of `motor`, refitted to the fitted part, on the part held out."""
-        refitted = self.train.fit(motor, start.speeds, 2e-5)
+    def drift(self, motor: Motor, start: Fitted, bar: float = math.inf) -> float:
+        """chi2 of `motor`, refitted to the fitted part, on the part held out; roughly where it is above `bar`."""
+        refitted = self.train.fit(motor, start.speeds, 2e-5, bar=bar)
         return scored(self.test, refitted.motor, self.study.recording, self.study.packed).drift
 
     def without(self, name: str) -> float:

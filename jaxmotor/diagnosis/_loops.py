@@ -2,12 +2,11 @@
 
 import dataclasses
 
-import jax
 import numpy as np
 
 from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._errors import covariance
-from jaxmotor.diagnosis._free import motor_at
+from jaxmotor.diagnosis._free import motors_at
 from jaxmotor.diagnosis._search import FINE, Found
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._study import Study
@@ -72,14 +71,14 @@ def _drawn(fitted: Fitted, study: Study, solver: Solver, seed: int) -> Motor:
     block = np.asarray(study.packed.lanes.cluster).reshape(-1)[solver.cells]
     spread = covariance(fitted, block)
     layout = fitted.layout
-    size, axes = np.linalg.eigh(spread)
+    # What is not known at all is left as it is.
+    size, axes = np.linalg.eigh(np.where(np.isfinite(spread), spread, 0.0))
     root = axes * np.sqrt(np.maximum(size, 0.0))
     moved = np.random.default_rng(seed).standard_normal((MOTORS - 1, len(size))) @ root.T
-    # Whatever is not determined is not drawn from beyond where a fit would step at once.
+    # What is hardly known is not drawn from beyond where a fit would step at once.
     moved = np.clip(moved, -layout.longest, layout.longest)
     frees = np.clip(fitted.free + np.concatenate([np.zeros((1, len(size))), moved]), layout.low, layout.high)
-    motors = [motor_at(fitted.template, free) for free in frees]
-    return jax.tree.map(lambda *leaves: to_jax(np.stack(leaves)), *motors)
+    return to_jax(motors_at(fitted.template, frees))
 
 
 def _angle(study: Study, index: int) -> float:

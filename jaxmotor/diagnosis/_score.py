@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from jaxmotor.diagnosis._free import layout_of, together
 from jaxmotor.diagnosis._solve import SPEED_STEP, Solver, square_of
 from jaxmotor.estimate import Packed, Trace, traces_of
 from jaxmotor.motor import Motor
@@ -29,8 +30,7 @@ class Scored:
 def scored(solver: Solver, motor: Motor, recording: Recording, packed: Packed) -> Scored:
     """`motor` on the solver's rows. Pieces that begin in motion begin at the speed that fits them best."""
     speeds = begins(solver, motor)
-    residual = solver.residuals([motor], speeds[None], 4)[0]
-    plain = solver.plain_of(motor, speeds)
+    plain, residual = solver.seen(motor, speeds)
     used = np.zeros(plain.size, bool)
     used[solver.cells] = True
     used = used.reshape(plain.shape)
@@ -49,9 +49,10 @@ def begins(solver: Solver, motor: Motor) -> np.ndarray:
     """The initial speed of each piece that fits it best under `motor` [rad/s]; zero where it begins at rest."""
     speeds, step = solver.starts, np.zeros_like(solver.starts)
     least = np.full(len(speeds), np.inf)
+    pair, width = together([motor, motor]), solver.width(layout_of(motor.effects))
     for _ in range(3 if solver.free_pieces else 0):
         tried = speeds + step
-        residual, moved = solver.residuals([motor, motor], np.stack([tried, tried + SPEED_STEP]), 4)
+        residual, moved = solver.residuals(pair, np.stack([tried, tried + SPEED_STEP]), width)
         square = np.bincount(solver.piece, residual**2, solver.pieces)
         # Near rest friction bends what a speed does; a step that makes a piece worse is not taken.
         better = square < least

@@ -51,6 +51,8 @@ COARSE = 2e-4
 FINE = 1e-6
 HASTY = 6
 """Steps of a fit where another effect already explains everything: enough for one that would do as well."""
+RIVALRY = 1.0
+"""chi2 per sample above the best beyond which nobody asks how much worse a rival is, exactly."""
 TIE = 0.003
 """Difference of costs, in parts of chi2, that decides nothing; and `FOG` of what is left over, while much is."""
 FOG = 0.015
@@ -164,9 +166,9 @@ class Search:
         if key not in self.known:
             ranked = suspects(base, self.secants)
             leaders = _leaders(base, ranked, contest)
-            found = side_by_side(lambda name: self.best_of(base, ranked[name], False), leaders[:FIRST])
-            explained = any(fitted.chi2 < ENOUGH for fitted in found)
-            found += side_by_side(lambda name: self.best_of(base, ranked[name], explained), leaders[FIRST:])
+            found = side_by_side(lambda name: self.best_of(base, ranked[name]), leaders[:FIRST])
+            least = min(fitted.chi2 for fitted in found) if found else math.inf
+            found += side_by_side(lambda name: self.best_of(base, ranked[name], least), leaders[FIRST:])
             found += self.likewise(ordered(found)[:1], ranked)
             self.known[key] = _best_each(found)
         return self.known[key]
@@ -182,21 +184,28 @@ class Search:
         barred = _barred(best[0].names[:-1]) | set(best[0].names)
         others = [name for name in kin if name in ranked and name not in barred]
         starts = [EFFECTS[name].of(**dict.fromkeys(parameters(EFFECTS[name]), max(size, SMALL))) for name in others]
-        return side_by_side(lambda one: self.solver.fit(with_effect(bare, one), best[0].speeds, COARSE), starts)
+        bar = best[0].chi2 + RIVALRY
+        return side_by_side(
+            lambda one: self.solver.fit(with_effect(bare, one), best[0].speeds, COARSE, bar=bar), starts
+        )
 
     def completions(self, half: Fitted) -> list[Fitted]:
         """`half`, which alone fits no motor, with what it wants beside it."""
         ranked = suspects(half, self.secants)
-        return [self.best_of(half, ranked[name], explained=False) for name in _beside(half) if name in ranked]
+        return [self.best_of(half, ranked[name]) for name in _beside(half) if name in ranked]
 
-    def best_of(self, base: Fitted, starts: list[Suspect], explained: bool) -> Fitted:
-        """`base` with the effect fitted from its best starts; with less patience where another has `explained` all."""
+    def best_of(self, base: Fitted, starts: list[Suspect], least: float = math.inf) -> Fitted:
+        """`base` with the effect fitted from its best starts; with less patience where another explains all.
+
+        `least` is the chi2 that another effect in its place leaves.
+        """
         best: Fitted | None = None
+        explained = least < ENOUGH
+        steps, bar = (HASTY, least + RIVALRY) if explained else (STEPS, math.inf)
         # Of laws with a single shape all starts lead to one place.
         single = explained or len({_shape(start) for start in starts}) == 1
         for start in starts[: 1 if single else 2]:
-            motor = with_effect(base.motor, start.effect)
-            fitted = self.solver.fit(motor, base.speeds, COARSE, HASTY if explained else STEPS)
+            fitted = self.solver.fit(with_effect(base.motor, start.effect), base.speeds, COARSE, steps, bar)
             if best is None or fitted.chi2 < best.chi2:
                 best = fitted
             if best.chi2 < ENOUGH:

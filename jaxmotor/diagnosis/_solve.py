@@ -6,21 +6,27 @@ columns of a Jacobian side by side, and is used again for every step, every star
 """
 
 import dataclasses
+import functools
 import math
+import operator
 from typing import Any
 
 import jax
 import numpy as np
 from jaxtyping import Float
 
-from jaxmotor._precision import to_jax
-from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_at
+from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_at, motors_at, together
 from jaxmotor.diagnosis._seen import residuals_program
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 
 STEPS = 25
+SURE, HOPE = 2, 3.0
+"""Steps after which a fit may be given up, and how many times what a step promises it may still hope for."""
+CRAWLED = 3
+"""Steps in a row that bring next to nothing of what they promise, after which a fit is left where it is."""
 FIRST_ROWS = 3
+DAMPINGS = 1e-9 + np.array([0.0, *np.geomspace(1e-4, 1e6, 21)])
 SPEED_STEP = 0.05
 """Over which initial speeds are differenced [rad/s]."""
 
@@ -45,7 +51,7 @@ class Fitted:
         """Mean square of `residual`: 1 is the encoder alone."""
         return square_of(self.residual) / max(len(self.residual), 1)
 
-    @property
+    @functools.cached_property
     def motor(self) -> Motor:
         return motor_at(self.template, self.free)
 
@@ -72,30 +78,35 @@ class Solver:
         self.starts = _first_speeds(trial, self.pieces)
         """Where the initial speeds of free pieces are sought from (k,) [rad/s]."""
 
-    def residuals(self, motors: list[Motor], speeds: np.ndarray, width: int) -> np.ndarray:
-        """(k, n) filtered residuals of motors of one structure, `width` of them at a time."""
+    def residuals(self, motors: Motor, speeds: np.ndarray, width: int) -> np.ndarray:
+        """(k, n) filtered residuals of motors whose leaves are (k,), `width` of them at a time."""
         parts = []
-        for begin in range(0, len(motors), width):
+        for begin in range(0, len(speeds), width):
             chosen = slice(begin, begin + width)
-            found = np.asarray(self._program(motors[chosen], speeds[chosen], width)["drift"])
-            parts.append(found.reshape(width, -1)[: len(motors[chosen]), self.cells])
+            part = jax.tree.map(operator.itemgetter(chosen), motors)
+            parts.append(self._rows(self._program(part, speeds[chosen], width)["drift"])[: len(speeds[chosen])])
+        return np.concatenate(parts)
+
+    def seen(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(lane, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
+        found = self._program(together([motor]), speeds[None], self.width(layout_of(motor.effects)))
+        return np.asarray(found["plain"])[0], self._rows(found["drift"])[0]
+
+    def _rows(self, drift: Any) -> np.ndarray:
+        """(k, n) the rows that count [standard deviations]."""
+        found = np.asarray(drift)
         with np.errstate(over="ignore"):
-            return np.concatenate(parts) * self.scale
+            return found.reshape(len(found), -1)[:, self.cells] * self.scale
 
-    def plain_of(self, motor: Motor, speeds: np.ndarray) -> np.ndarray:
-        """(lane, row) unfiltered residuals [units]; zero where nothing was measured."""
-        return np.asarray(self._program([motor], speeds[None], 4)["plain"][0])
+    def _program(self, motors: Motor, speeds: np.ndarray, width: int) -> dict[str, Any]:
+        def filled(leaf: np.ndarray) -> np.ndarray:
+            return np.concatenate([leaf, np.repeat(leaf[-1:], width - len(leaf), axis=0)])
 
-    def _program(self, motors: list[Motor], speeds: np.ndarray, width: int) -> dict[str, Any]:
-        short = width - len(motors)
-        motors = [*motors, *[motors[-1]] * short]
-        speeds = np.concatenate([speeds, np.repeat(speeds[-1:], short, axis=0)])
-        together = jax.tree.map(lambda *leaves: to_jax(np.stack(leaves)), *motors)
-        return residuals_program(together, to_jax(speeds), self.trial)
+        return residuals_program(jax.tree.map(filled, motors), filled(speeds), self.trial)
 
     def width(self, layout: Layout) -> int:
         """Motors simulated side by side: as many as a Jacobian needs, but few different numbers."""
-        return 4 * math.ceil((1 + len(layout.names) + self.free_pieces) / 4)
+        return 2 * math.ceil((1 + len(layout.names) + self.free_pieces) / 2)
 
     def linearise(self, template: Motor, free: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray, Any]:
         """Residual (n,), Jacobian (n, p) and the column (n,) of the initial speeds, if any is free."""
@@ -107,7 +118,7 @@ class Solver:
         starts = np.repeat(speeds[None], len(frees), axis=0)
         if self.free_pieces:
             starts[-1] += SPEED_STEP
-        found = self.residuals([motor_at(template, free) for free in frees], starts, self.width(layout))
+        found = self.residuals(motors_at(template, frees), starts, self.width(layout))
         p = len(free)
         # Wild motors overflow; a step that leads to one is not taken.
         found = np.where(np.isfinite(found), found, np.nan)
@@ -119,27 +130,41 @@ class Solver:
         return found[0], jacobian.T, column
 
     def fit(
-        self, motor: Motor, speeds: np.ndarray | None = None, tolerance: float = 1e-4, steps: int = STEPS
+        self,
+        motor: Motor,
+        speeds: np.ndarray | None = None,
+        tolerance: float = 1e-4,
+        steps: int = STEPS,
+        bar: float = math.inf,
     ) -> Fitted:
-        """From `motor` until a step promises less than `tolerance` of chi2 (of 1, where that is less), or `steps`."""
+        """From `motor` until a step promises less than `tolerance` of chi2 (of 1, where that is less), or `steps`.
+
+        Given up before where it will hardly come below a chi2 of `bar`, and where its steps keep little of what they
+        promise.
+        """
         free = free_of(motor)
         speeds = self.starts if speeds is None else speeds
         layout = layout_of(motor.effects)
         at = _At(free, speeds, *self.linearise(motor, free, speeds))
-        settled = False
-        for _ in range(min(steps, STEPS // 3) if is_wide(motor.effects) else steps):
+        settled, crawled = False, 0
+        for number in range(min(steps, STEPS // 3) if is_wide(motor.effects) else steps):
             step = self._step(at, layout)
             least = tolerance * max(square_of(at.residual), len(at.residual))
             if step is None or step.promise < least:
                 settled = step is not None
                 break
+            before = self._cost(at, layout)
+            if number >= SURE and before - HOPE * step.promise > bar * len(at.residual):
+                break
             new = self._moved(motor, at, step, layout)
             if new is None:
                 break
-            slow = self._cost(new, layout) > 0.999 * self._cost(at, layout) and step.promise < 10 * least
-            at = new
-            if slow:
+            at, gain = new, before - self._cost(new, layout)
+            if gain < 0.001 * before and step.promise < 10 * least:
                 settled = True
+                break
+            crawled = crawled + 1 if gain < min(0.1 * step.promise, 0.01 * before) else 0
+            if crawled == CRAWLED:
                 break
         projected, _ = self._project(np.column_stack([at.residual, at.jacobian]), at.column)
         return Fitted(motor, at.free, at.speeds, at.residual, projected[:, 1:], settled)
@@ -190,7 +215,7 @@ class Solver:
         shares = 0.5 ** np.arange(1, width + 1)
         trials = [after(float(share)) for share in shares]
         frees, starts = (np.stack(column) for column in zip(*trials, strict=True))
-        found = self.residuals([motor_at(motor, free) for free in frees], starts, width)
+        found = self.residuals(motors_at(motor, frees), starts, width)
         costs = np.array(
             [square_of(residual) + _prior(free, layout) for residual, free in zip(found, frees, strict=True)]
         )
@@ -236,12 +261,10 @@ class _Step:
 
 def _within(normal: np.ndarray, right: np.ndarray, scale: np.ndarray, longest: np.ndarray) -> np.ndarray:
     """The step whose damping is just enough that no part of it is too long (Marquardt)."""
-    step = np.zeros_like(right)
-    for damping in (0.0, *np.geomspace(1e-4, 1e6, 21)):
-        step = np.linalg.solve(normal + (1e-9 + damping) * np.eye(len(right)), right) / scale
-        if (np.abs(step) <= longest).all():
-            break
-    return step
+    damped = normal + DAMPINGS[:, None, None] * np.eye(len(right))
+    steps = np.linalg.solve(damped, np.broadcast_to(right[:, None], (len(damped), len(right), 1)))[..., 0] / scale
+    short = (np.abs(steps) <= longest).all(axis=1)
+    return steps[int(np.argmax(short)) if short.any() else -1]
 
 
 def _restricted(normal: np.ndarray, right: np.ndarray, step: np.ndarray, held: np.ndarray) -> np.ndarray:

@@ -9,12 +9,10 @@ import dataclasses
 
 import numpy as np
 
-from jaxmotor.diagnosis._free import Layout, with_effect
+from jaxmotor.diagnosis._free import Layout, layout_of, together, with_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor.effects import EFFECTS, AbstractEffect, Rig, parameters
-
-WIDTH = 8
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -50,7 +48,7 @@ def _secants(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]) -
         return []
     motors = [with_effect(base.motor, start) for start in starts]
     speeds = np.repeat(base.speeds[None], len(motors), axis=0)
-    columns = solver.residuals(motors, speeds, WIDTH) - base.residual
+    columns = solver.residuals(together(motors), speeds, solver.width(layout_of(motors[0].effects))) - base.residual
     columns = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
     paired = any(about["kind"] == "amplitude" for about in parameters(starts[0]).values())
     size = 2 if paired else 1

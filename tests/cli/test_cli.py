@@ -268,9 +268,9 @@ def test_a_cache_that_cannot_be_used_costs_only_time(folder, tmp_path):
 
     (tmp_path / "file").write_text("in the way")
     model = identified(tmp_path / "cache")
-    traced = list((tmp_path / "cache").glob("*.traced"))
-    assert len(traced) >= 2
-    for number, path in enumerate(traced):
+    kept = list((tmp_path / "cache").glob("*.program"))
+    assert len(kept) >= 2
+    for number, path in enumerate(kept):
         path.write_bytes(path.read_bytes()[:-1] if number else os.urandom(5000))
     assert identified(tmp_path / "cache") == model
     assert identified(tmp_path / "file" / "cache") == model

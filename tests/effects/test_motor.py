@@ -12,7 +12,7 @@ from effect_cases import PERIOD, STEPS, SUPPLY, fast_turned, linear, motor, numb
 
 from jaxmotor.motor import simulate
 from jaxmotor.motor._motor import Motor, Rows, SpeedLoop, simulate_motor, steps_for
-from jaxmotor.motor.effects import EFFECTS, Heard, from_free, parameters, to_free
+from jaxmotor.motor.effects import EFFECTS, Heard, from_free, parameters, to_free, values_at
 
 pytestmark = pytest.mark.usefixtures("x64")
 PAGES = Path(__file__).parents[2] / "docs" / "effects"
@@ -272,3 +272,15 @@ def test_single_precision_stays_close():
         found = simulate_motor(at, driven, jnp.float32(PERIOD), jnp.float32(SUPPLY), 5).turn
     assert found.dtype == jnp.float32
     np.testing.assert_allclose(found, expected, atol=2e-4)
+
+
+@pytest.mark.parametrize("name", sorted(EFFECTS))
+def test_values_of_many_are_those_of_each(name):
+    """In the order of the tree's leaves, which batches of motors are built from."""
+    effect = EFFECTS[name].start()
+    rows_ = to_free(effect) + 0.1 * np.arange(3)[:, None] * np.ones(len(to_free(effect)))
+    together = values_at(effect, rows_)
+    each = [from_free(effect, row) for row in rows_]
+    assert list(together) == list(parameters(effect)) and len(together) == len(jax.tree.leaves(effect))
+    for column, leaves in zip(together.values(), zip(*map(jax.tree.leaves, each), strict=True), strict=True):
+        np.testing.assert_array_equal(column, np.asarray(leaves, column.dtype), strict=False)

@@ -1,7 +1,7 @@
 """Small fleets of known motors."""
 
 import numpy as np
-from made import PERIOD, plan, recording, sine, step
+from made import plan, recording, sine, step
 
 from jaxmotor.recording import Recording
 
@@ -26,25 +26,4 @@ def with_lost_ticks(given: Recording, rng: np.random.Generator) -> Recording:
     return dataclasses.replace(given, segments=(cut, *given.segments[1:]))
 
 
-def exact_friction(volts, gain, pole, friction, fine=20):
-    """Angle at each tick of a motor with Coulomb friction [V]: exponentials from stop to stop, tick by tick."""
-    angle, speed, now = np.empty(len(volts)), 0.0, 0.0
-    for k, u in enumerate(volts):
-        angle[k], left = now, PERIOD
-        for _ in range(2):
-            towards = np.sign(speed) if speed else np.sign(u) * (abs(u) > friction)
-            if not towards:
-                break
-            final = gain * (u - towards * friction)
-            stop = np.log(1 - speed / final) / pole if speed * final < 0 else np.inf
-            time = min(stop, left)
-            fall = np.exp(-pole * time)
-            now += final * time + (speed - final) * (1 - fall) / pole
-            speed = 0.0 if stop < left else final + (speed - final) * fall
-            left -= time
-            if left <= 0:
-                break
-    return angle
-
-
-__all__ = ["GAINS", "SHORT", "exact_friction", "plan", "recording", "short", "sine", "step", "with_lost_ticks"]
+__all__ = ["GAINS", "SHORT", "plan", "recording", "short", "sine", "step", "with_lost_ticks"]

@@ -4,7 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from fleets import exact_friction, recording, short, sine, step, with_lost_ticks
+from fleets import recording, short, sine, step, with_lost_ticks
+from made import with_friction
 
 import jaxmotor as jm
 from jaxmotor.fleet import Options, fit_friction, identify_batch, ready
@@ -62,9 +63,8 @@ def test_one_motor_that_says_nothing_is_a_sentence_among_good_ones():
     assert not isinstance(fine, jm.JaxmotorError)
 
 
-def test_friction_and_dead_zone_are_found(monkeypatch):
+def test_friction_and_dead_zone_are_found():
     """Friction alone: a dead zone of zero is the edge of what can be fitted, so the sum is what is known best."""
-    monkeypatch.setattr("made.with_friction", exact_friction)
     sizes = (0.1, 0.25, 0.4)
     recordings = [recording(30 + k, friction=size) for k, size in enumerate(sizes)]
     motors = [ready(each) for each in recordings]
@@ -80,7 +80,7 @@ def test_friction_and_dead_zone_are_found(monkeypatch):
 
 def test_a_dead_zone_is_told_from_friction(monkeypatch):
     def both(volts, gain, pole, friction):
-        return exact_friction(np.sign(volts) * np.maximum(np.abs(volts) - 0.3, 0), gain, pole, friction)
+        return with_friction(np.sign(volts) * np.maximum(np.abs(volts) - 0.3, 0), gain, pole, friction)
 
     monkeypatch.setattr("made.with_friction", both)
     motors = [ready(recording(40, friction=0.15))]

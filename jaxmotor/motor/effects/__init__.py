@@ -12,6 +12,7 @@ from jaxmotor.motor.effects._base import free_size as free_size
 from jaxmotor.motor.effects._base import from_free as from_free
 from jaxmotor.motor.effects._base import parameters as parameters
 from jaxmotor.motor.effects._base import to_free as to_free
+from jaxmotor.motor.effects._base import values_at as values_at
 from jaxmotor.motor.effects._drive import CoastDrive as CoastDrive
 from jaxmotor.motor.effects._drive import CurrentLimit as CurrentLimit
 from jaxmotor.motor.effects._drive import DeadZone as DeadZone

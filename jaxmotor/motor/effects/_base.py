@@ -9,9 +9,10 @@ import math
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+
+from jaxmotor._precision import to_jax
 
 E = TypeVar("E", bound="AbstractEffect")
 Scalar = Float[Array, ""]
@@ -72,7 +73,7 @@ class AbstractEffect(eqx.Module):
     @classmethod
     def of(cls: type[E], **values: Any) -> E:
         """The effect with these parameters; plain numbers will do."""
-        return cls(**{key: jnp.asarray(np.asarray(value, float)) for key, value in values.items()})
+        return cls(**{key: to_jax(np.asarray(value, float)) for key, value in values.items()})
 
     @classmethod
     def neutral(cls: type[E]) -> E:
@@ -148,16 +149,22 @@ def to_free(effect: AbstractEffect) -> Float[np.ndarray, " p"]:
 
 def from_free(effect: E, free: Float[np.ndarray, " p"]) -> E:
     """`effect` with the parameters that `free` stands for; those that are not fitted stay."""
-    values, rest = {name: float(getattr(effect, name)) for name in parameters(effect)}, free.tolist()
+    return type(effect).of(**{name: column[0] for name, column in values_at(effect, free[None]).items()})
+
+
+def values_at(effect: AbstractEffect, free: Float[np.ndarray, "k p"]) -> dict[str, Float[np.ndarray, " k"]]:
+    """The parameters that each row of `free` stands for, in the order of the fields; those not fitted stay."""
+    values = {name: np.full(len(free), float(getattr(effect, name))) for name in parameters(effect)}
+    rest = iter(free.T)
     for name, about in parameters(effect).items():
         if about["kind"] == "positive":
-            values[name] = math.exp(rest.pop(0))
+            values[name] = np.exp(next(rest))
         elif about["kind"] == "signed":
-            values[name] = rest.pop(0)
+            values[name] = next(rest)
         elif about["kind"] == "amplitude":
-            along, across = rest.pop(0), rest.pop(0)
-            values |= {name: math.hypot(along, across), "phase_rad": math.atan2(across, along)}
-    return type(effect).of(**values)
+            along, across = next(rest), next(rest)
+            values |= {name: np.hypot(along, across), "phase_rad": np.arctan2(across, along)}
+    return values
 
 
 # ---- roles
