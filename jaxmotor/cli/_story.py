@@ -101,7 +101,11 @@ def _costs(diagnosis: Diagnosis) -> list[str]:
         if diagnosis.effects:
             told = f"{told} -> {_told(getattr(worth.after_intervals, name), unit)}"
         lines.append(f"{title} {told}")
-    return [f"{lines[0]}, {lines[1]}", f"{lines[2]} (brackets: 95 %)", _scored(diagnosis), *_loops(diagnosis)]
+    lines = [f"{lines[0]}, {lines[1]}", f"{lines[2]} (brackets: 95 %)"]
+    if not diagnosis.fit.floor_known:  # a log of angles or speeds, not of counts: compare with what others publish
+        before, after = worth.angle_fit_percent_before, worth.angle_fit_percent_after
+        lines.append(f"of the angle turned: fit {before:.3g} %" + (f" -> {after:.3g} %" if diagnosis.effects else ""))
+    return [*lines, _scored(diagnosis), *_loops(diagnosis)]
 
 
 def _loops(diagnosis: Diagnosis) -> list[str]:

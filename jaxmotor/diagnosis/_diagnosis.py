@@ -10,7 +10,7 @@ from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
-from jaxmotor.estimate import Fit, Trace
+from jaxmotor.estimate import Fit, Trace, angle_fit_percent
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
@@ -82,6 +82,15 @@ class Worth:
     drift_after: float
     traces_before: tuple[Trace, ...]
     traces_after: tuple[Trace, ...]
+
+    @property
+    def angle_fit_percent_before(self) -> float:
+        """As the fit of the speed, of the angle turned since each segment began: to compare with logs of angles."""
+        return angle_fit_percent(self.traces_before)
+
+    @property
+    def angle_fit_percent_after(self) -> float:
+        return angle_fit_percent(self.traces_after)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

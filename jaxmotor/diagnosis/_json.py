@@ -65,6 +65,8 @@ def _worth(worth: Worth) -> dict[str, Any]:
         "chi2_after": after.chi2_per_sample,
         "fit_percent_before": before.fit_percent,
         "fit_percent_after": after.fit_percent,
+        "angle_fit_percent_before": _number(worth.angle_fit_percent_before),
+        "angle_fit_percent_after": _number(worth.angle_fit_percent_after),
         "drift_chi2_before": worth.drift_before,
         "drift_chi2_after": worth.drift_after,
         "rmse_rad_s_before": before.rmse_rad_s,

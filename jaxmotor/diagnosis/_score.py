@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._free import layout_of, together
 from jaxmotor.diagnosis._solve import SPEED_STEP, Solver, square_of
-from jaxmotor.estimate import Packed, Trace, traces_of
+from jaxmotor.estimate import Packed, Trace, floors, traces_of
 from jaxmotor.motor import Motor
 from jaxmotor.recording import Recording
 from jaxmotor.validation import Score, pooled_score
@@ -22,8 +22,8 @@ class Scored:
     """Pooled; chi2 is of the plain observations."""
     drift: float
     """chi2 per sample of residuals that add up over twenty ticks (`_seen.drift`)."""
-    by_segment: dict[int, tuple[float, int]]
-    """Sum of squared plain residuals over the floor, and the number of samples."""
+    by_segment: dict[int, tuple[float, float]]
+    """Sum of squared plain residuals, and what rounding alone would make it [units²]."""
     traces: tuple[Trace, ...]
 
 
@@ -35,11 +35,11 @@ def scored(solver: Solver, motor: Motor, recording: Recording, packed: Packed) -
     used[solver.cells] = True
     used = used.reshape(plain.shape)
     only = _only(packed, used)
-    floor = packed.observation.floor
+    floor = floors(only, plain)
     by_segment = {}
     for index in np.unique(only.segment_of[used]).tolist():
         cells = used & (only.segment_of == index)
-        by_segment[int(index)] = (float((plain[cells] ** 2).sum() / floor), int(cells.sum()))
+        by_segment[int(index)] = (float((plain[cells] ** 2).sum()), float(floor[cells].sum()))
     traces = traces_of(only, plain)
     score = pooled_score(recording, only, plain, traces)
     return Scored(score, square_of(residual) / max(len(residual), 1), by_segment, traces)
@@ -64,11 +64,12 @@ def begins(solver: Solver, motor: Motor) -> np.ndarray:
     return speeds
 
 
-def chi2_interval(by_segment: dict[int, tuple[float, int]], seed: int) -> tuple[float, float]:
+def chi2_interval(by_segment: dict[int, tuple[float, float]], seed: int) -> tuple[float, float]:
     """95 % interval of chi2 per sample if the segments had been others of their kind: they are drawn again."""
-    squares, counts = (np.array(column, float) for column in zip(*by_segment.values(), strict=True))
+    squares, floor = (np.array(column, float) for column in zip(*by_segment.values(), strict=True))
     drawn = _drawn(len(squares), seed)
-    return _limits(squares[drawn].sum(1) / counts[drawn].sum(1))
+    floor = floor[drawn].sum(1)
+    return _limits(squares[drawn].sum(1) / np.where(floor > 0, floor, np.nan))
 
 
 def speed_intervals(traces: tuple[Trace, ...], seed: int) -> tuple[tuple[float, float], tuple[float, float]]:

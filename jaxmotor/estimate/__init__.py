@@ -43,7 +43,10 @@ from jaxmotor.estimate._sine_fit import fit_sines as fit_sines
 from jaxmotor.estimate._sine_fit import linear_start as linear_start
 from jaxmotor.estimate._start import data_start as data_start
 from jaxmotor.estimate._start import pole_range as pole_range
+from jaxmotor.estimate._traces import angle_fit_percent as angle_fit_percent
+from jaxmotor.estimate._traces import chi2_per_sample as chi2_per_sample
 from jaxmotor.estimate._traces import fit_percent as fit_percent
+from jaxmotor.estimate._traces import floors as floors
 from jaxmotor.estimate._traces import traces_of as traces_of
 from jaxmotor.estimate._trajectory import Problem as Problem
 from jaxmotor.estimate._trajectory import motor_of as motor_of

@@ -18,7 +18,7 @@ from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
 from jaxmotor.estimate._sine_fit import Sines
 from jaxmotor.estimate._start import pole_range
-from jaxmotor.estimate._traces import fit_percent, traces_of
+from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.estimate._trajectory import MAX_STEPS, Problem, Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
 from jaxmotor.motor import FirstOrder
@@ -344,7 +344,7 @@ def scores(packed: Packed, residual: np.ndarray) -> dict[str, Any]:
     observation = packed.observation
     traces = traces_of(packed, residual)
     return {
-        "chi2_per_sample": float((residual[packed.lanes.valid] ** 2).mean() / observation.floor),
+        "chi2_per_sample": chi2_per_sample(packed, residual, packed.lanes.valid),
         "floor_known": observation.floor_known,
         "fit_percent": fit_percent(traces),
         "traces": traces,

@@ -1,9 +1,12 @@
-"""Measured and simulated speed, row by row, and the score of a free simulation."""
+"""Measured and simulated motion, row by row, and the scores of a free simulation."""
 
 import numpy as np
 
 from jaxmotor.estimate._fit import Trace
 from jaxmotor.estimate._lanes import Packed
+
+LEAST = 0.02
+"""Of the mean rounding error: a floor is not taken to be lower."""
 
 
 def traces_of(packed: Packed, residual: np.ndarray) -> tuple[Trace, ...]:
@@ -32,3 +35,41 @@ def fit_percent(traces: tuple[Trace, ...]) -> float:
     if spread <= 1e-9 * np.linalg.norm(measured):
         return float("nan")
     return float(100 * (1 - np.linalg.norm(measured - simulated) / spread))
+
+
+def angle_fit_percent(traces: tuple[Trace, ...]) -> float:
+    """100 (1 - |y - ŷ|/|y - mean y|) of the angle turned since each of `traces` began; NaN where it never changes."""
+    turned = [_turned(trace) for trace in traces]
+    measured, simulated = (np.concatenate(column) for column in zip(*turned, strict=True))
+    spread = np.linalg.norm(measured - measured.mean())
+    return float(100 * (1 - np.linalg.norm(measured - simulated) / spread)) if spread > 0 else float("nan")
+
+
+def _turned(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
+    if len(trace.time_s) < 2:
+        return np.zeros(0), np.zeros(0)
+    each = np.diff(trace.time_s)
+    # A row that lost ticks follow counts for itself.
+    each = np.append(np.minimum(each, 1.5 * np.median(each)), np.median(each))
+    return np.cumsum(trace.measured_rad_s * each), np.cumsum(trace.simulated_rad_s * each)
+
+
+def chi2_per_sample(packed: Packed, residual: np.ndarray, cells: np.ndarray) -> float:
+    """Mean square of `residual` [units] in the chosen `cells` (lane, row), over that of the encoder alone."""
+    # A motor that hardly ever moves shows hardly anything of its encoder.
+    least = LEAST * packed.observation.floor * int(cells.sum())
+    return float((residual[cells] ** 2).sum() / max(floors(packed, residual)[cells].sum(), least))
+
+
+def floors(packed: Packed, residual: np.ndarray) -> np.ndarray:
+    """(lane, row) variance that each `residual` would have if the motor did exactly what the model says [units²].
+
+    A turn of n + f counts, n whole and 0 <= f < 1, is seen as n or n + 1: with the variance f (1 - f), which is 1/6
+    in the mean over f, but 0 at rest and anything up to 1/4 at a constant speed.
+    """
+    observation = packed.observation
+    if observation.kind != "turn" or not observation.floor_known:
+        return np.full(residual.shape, observation.floor)
+    turn = np.asarray(packed.lanes.observed) - residual
+    part = turn - np.floor(turn)
+    return part * (1 - part)

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmotor.estimate import Model, Packed, Trace, as_problem, fit_percent, pack, pieces_of, traces_of
+from jaxmotor.estimate import Model, Packed, Trace, as_problem, chi2_per_sample, fit_percent, pack, pieces_of, traces_of
 from jaxmotor.recording import Recording
 from jaxmotor.validation._draws import psi_of
 from jaxmotor.validation._effects_open import follow_with_effects
@@ -70,7 +70,7 @@ def _score(
         fit_percent=fit_percent(traces) if _varies(traces) else float("nan"),
         rmse_rad_s=float(np.sqrt((off**2).mean())),
         rmse_counts=float(np.sqrt(square)) if recording.measured == "count" else float("nan"),
-        chi2_per_sample=square / packed.observation.floor,
+        chi2_per_sample=chi2_per_sample(packed, residual, cells),
     )
 
 

@@ -27,7 +27,8 @@ def test_scores_are_those_of_a_recursion_in_numpy():
     assert score.rmse_rad_s == pytest.approx(np.sqrt((off**2).mean()), rel=1e-9)
     counts = off * COUNTS * PERIOD / (2 * np.pi)
     assert score.rmse_counts == pytest.approx(np.sqrt((counts**2).mean()), rel=1e-9)
-    assert score.chi2_per_sample == pytest.approx(6 * (counts**2).mean(), rel=1e-9)
+    part = np.mod(turned - counts, 1)
+    assert score.chi2_per_sample == pytest.approx((counts**2).mean() / (part * (1 - part)).mean(), rel=1e-6)
     spread = np.linalg.norm(measured - measured.mean())
     assert score.fit_percent == pytest.approx(100 * (1 - np.linalg.norm(off) / spread), rel=1e-9)
     assert v.open_loop.segments == {0: score}
@@ -40,8 +41,10 @@ def test_pooled_is_over_all_samples():
     open_ = validate(model(), rec).open_loop
     one, two = open_.segments[0], open_.segments[1]
     assert open_.pooled.samples == one.samples + two.samples
-    mean = (one.chi2_per_sample * one.samples + two.chi2_per_sample * two.samples) / open_.pooled.samples
-    assert open_.pooled.chi2_per_sample == pytest.approx(mean, rel=1e-9)
+    mean = (one.rmse_counts**2 * one.samples + two.rmse_counts**2 * two.samples) / open_.pooled.samples
+    assert open_.pooled.rmse_counts**2 == pytest.approx(mean, rel=1e-9)
+    low, high = sorted((one.chi2_per_sample, two.chi2_per_sample))
+    assert low < open_.pooled.chi2_per_sample < high
 
 
 def test_the_right_motor_is_at_the_floor_and_a_wrong_one_is_not():
