@@ -13,6 +13,8 @@ import numpy as np
 from jaxmotor.recording import Recording, Segment
 
 LANES = 16
+FEWEST = 20
+"""Differences of values that make a grid."""
 
 
 class Lanes(NamedTuple):
@@ -262,9 +264,9 @@ def _common_resolution(columns: list[np.ndarray]) -> tuple[float, bool]:
 def resolution(columns: list[np.ndarray]) -> tuple[float, bool]:
     """Step of the grid that all values lie on, and True; or, without a grid, √12 times the noise, and False.
 
-    Both in the columns' unit: in either case unit²/12 is the variance of one value's error. The noise is read from
-    sixth differences, which a motion that is slow beside the sampling hardly contributes to: the median over segments
-    of the median absolute one.
+    Both in the columns' unit: in either case unit²/12 is the variance of one value's error. A grid of so many decimals
+    is that of the text, unless its values come again and again. The noise is read from sixth differences, which a
+    motion that is slow beside the sampling hardly contributes to: the median over segments of the median absolute one.
     """
     values = np.unique(np.concatenate(columns))
     steps = np.diff(values)
@@ -274,9 +276,17 @@ def resolution(columns: list[np.ndarray]) -> tuple[float, bool]:
         step = float(steps.min())
         step = span / np.round(span / step)
         off = np.abs(steps / step - np.round(steps / step))
-        if off.max() < 0.02 and values.size < 0.5 * sum(map(len, columns)):
+        repeated = values.size < 0.5 * sum(map(len, columns))
+        if off.max() < 0.02 and (repeated or (len(steps) >= FEWEST and not _is_decimal(float(step)))):
             return float(step), True
     sixth = [np.median(np.abs(np.diff(column, 6))) for column in columns if len(column) > 12]
     # 924 is the sum of the squared binomials of a sixth difference, 1.4826 turns a median into a standard deviation.
     noise = 1.4826 * float(np.median(sixth)) / np.sqrt(924) if sixth else 0.0
     return max(noise, 1e-9 * float(span), 1e-300) * np.sqrt(12), False
+
+
+def _is_decimal(step: float) -> bool:
+    """1, 2 or 5 of some decimal place, in SI, degrees or revolutions."""
+    units = np.array([step, np.degrees(step), step / (2 * np.pi)])
+    place = np.log10(units[:, None] / np.array([1.0, 2.0, 5.0]))
+    return bool((np.abs(place - np.round(place)) < 1e-3).any())
