@@ -84,9 +84,10 @@ def motor_at(template: Motor, free: Float[np.ndarray, " p"]) -> Motor:
 
 
 def motors_at(template: Motor, frees: Float[np.ndarray, "k p"]) -> Motor:
-    """The motors that rows of `frees` stand for, as one whose leaves are (k,), in numpy."""
+    """The motors that rows of `frees` stand for, as one whose leaves are (k,), in numpy. Wild ones are infinite."""
     sign = math.copysign(1.0, float(template.linear.gain))
-    leaves, at = [sign * np.exp(frees[:, 0]), np.exp(frees[:, 1]), frees[:, 2]], OWN
+    with np.errstate(over="ignore"):
+        leaves, at = [sign * np.exp(frees[:, 0]), np.exp(frees[:, 1]), frees[:, 2]], OWN
     for effect in template.effects:
         size = free_size(effect)
         leaves += values_at(effect, frees[:, at : at + size]).values()
