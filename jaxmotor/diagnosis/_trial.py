@@ -56,7 +56,7 @@ def trial_of(recording: Recording, packed: Packed, pole_rad_s: float) -> Trial:
     """`packed` segments of `recording`, to be simulated with motors of about this pole."""
     # One program for all recordings of a size: what only estimates need is made equal.
     problem = dataclasses.replace(as_problem(packed), clusters=0, floor_known=True, free=False)
-    drifts = packed.observation.kind == "turn"
+    drifts = packed.observation.kind == "turn" and recording.measured != "speed"
     time = np.zeros(packed.row_of.shape)
     angle = np.zeros(packed.row_of.shape)
     known = _angle_known(recording)
