@@ -10,7 +10,7 @@ TOOLCHAIN := gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev
 .DEFAULT_GOAL := help
 
 help:
-	@echo "make demo    install into $(VENV) and identify the bundled recording; says where the figures are"
+	@echo "make demo    install into $(VENV) and take the bundled recording through everything; says where the report is"
 	@echo "make test    install what the tests need; lint, types, all tests"
 	@echo "make bench   the benchmarks, each with its table (minutes)"
 	@echo "make docs    the documentation as a site, in build/docs"

@@ -76,7 +76,7 @@ def _sure(diagnosis: Diagnosis) -> list[str]:
     held_out = diagnosis.held_out
     floor = "rounding" if diagnosis.fit.floor_known else "noise"
     drift = f"{held_out.drift_before:.3g}, with what is named {held_out.drift_after:.3g}"
-    scale = f"left over in data not fitted (drift, 1 = {floor} alone): linear {drift}"
+    scale = f"left over in data not fitted ({'drift, ' if diagnosis.adds_up else ''}1 = {floor} alone): linear {drift}"
     return [scale, *(line for found in diagnosis.effects for line in _rivals(found, held_out))]
 
 

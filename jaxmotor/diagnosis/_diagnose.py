@@ -72,6 +72,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         verdict=verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
         whole=worth_of(fit.fitted, before, after, seed),
+        adds_up=float(study.trial.memory) > 0,
         closed_loop=loop_gains(study, found, seed),
         missing=missing,
         looks=found_looks,

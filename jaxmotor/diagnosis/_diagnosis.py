@@ -115,6 +115,8 @@ class Diagnosis:
     """Both motors refitted without these segments, scored on them."""
     whole: Worth
     """Both fitted to and scored on everything."""
+    adds_up: bool
+    """Motors were compared by residuals that add up over twenty ticks (`drift`), not row by row."""
     closed_loop: tuple[LoopGain, ...]
     """Both motors in the recording's closed loops."""
     missing: MissingVolts

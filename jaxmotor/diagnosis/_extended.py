@@ -13,10 +13,7 @@ SHORTEST_LAG_S = 1e-7
 
 @in_float64
 def extended_model(diagnosis: Diagnosis) -> Model:
-    """The motor of `diagnosis` with the effects that were named, fitted to the whole recording.
-
-    The viscous share has no place in a model file, and is left out.
-    """
+    """The motor of `diagnosis` with the effects that were named, fitted to the whole recording."""
     fit, linear, covariance = diagnosis.fit, diagnosis.motor.linear, diagnosis.covariance
     values = [float(linear.gain), float(linear.pole)]
     lag = float(getattr(linear, "electrical_time_constant", 0.0))
@@ -35,4 +32,5 @@ def extended_model(diagnosis: Diagnosis) -> Model:
         tuple(to_numpy(found.effect) for found in diagnosis.effects),
         tuple(found.standard_error for found in diagnosis.effects),
         fit.frequency_response,
+        viscous_share=float(diagnosis.motor.viscous_share),
     )

@@ -23,11 +23,11 @@ def named_section(story: Story) -> Content:
     content: list[Content] = [_effect(found, place, diagnosis) for place, found in enumerate(diagnosis.effects)]
     if diagnosis.effects:
         alt = "Left over in data not fitted: " + "; ".join(f"{name} {value:.3g}" for name, value, _ in _rows(diagnosis))
-        known = diagnosis.fit.floor_known
-        added = " of residuals that add up over twenty ticks" if known else ""
+        added = " of residuals that add up over twenty ticks" if diagnosis.adds_up else ""
         caption = (
-            f"{'Drift left' if known else 'Left'} over in data that were not fitted (chi2 per sample{added}, "
-            f"1 = {floor(known)}). A star is a rival that this recording cannot tell apart."
+            f"{'Drift left' if diagnosis.adds_up else 'Left'} over in data that were not fitted "
+            f"(chi2 per sample{added}, "
+            f"1 = {floor(diagnosis.fit.floor_known)}). A star is a rival that this recording cannot tell apart."
         )
         key = legend([("bar grey", "linear"), ("bar blue", "what is named"), ("bar red", "a rival in its place")])
         content.append(figure(_bars(diagnosis, alt), caption, key))
@@ -59,8 +59,8 @@ def _effect(found: FoundEffect, place: int, diagnosis: Diagnosis) -> Html:
 
 
 def _drift(diagnosis: Diagnosis) -> str:
-    """What models are compared by. Only residuals of counts are added up over some ticks, to see a drift."""
-    return "drift chi2" if diagnosis.fit.floor_known else "chi2 per sample"
+    """What models are compared by. Residuals of speeds are not added up over some ticks, to see a drift."""
+    return "drift chi2" if diagnosis.adds_up else "chi2 per sample"
 
 
 def _parameter(found: FoundEffect, name: str, place: int) -> list[Content]:
