@@ -39,9 +39,11 @@ def fit_percent(traces: tuple[Trace, ...]) -> float:
 
 def angle_fit_percent(traces: tuple[Trace, ...]) -> float:
     """100 (1 - |y - ŷ|/|y - mean y|) of the angle turned since each of `traces` began; NaN where it never changes."""
+    if not traces:
+        return float("nan")
     turned = [_turned(trace) for trace in traces]
     measured, simulated = (np.concatenate(column) for column in zip(*turned, strict=True))
-    spread = np.linalg.norm(measured - measured.mean())
+    spread = float(np.linalg.norm(measured - measured.mean())) if measured.size else 0.0
     return float(100 * (1 - np.linalg.norm(measured - simulated) / spread)) if spread > 0 else float("nan")
 
 

@@ -54,3 +54,7 @@ def test_the_angle_is_scored_as_it_turned():
     measured = np.concatenate(angles)
     wanted = 100 * (1 - np.linalg.norm(0.01 * measured) / np.linalg.norm(measured - measured.mean()))
     assert angle_fit_percent(traces) == pytest.approx(wanted, abs=1e-6)
+
+
+def test_nothing_that_moved_has_no_score():
+    assert np.isnan(angle_fit_percent(()))
