@@ -177,6 +177,7 @@ def test_uneven_time_stamps_are_said(told, tmp_path):
         held_out=dataclasses.replace(story.diagnosis.held_out, segments=(2,), after=after, traces_before=()),
         missing=empty,
         left=empty,
+        adds_up=False,
     )
     changes = {"recording": recording, "validation": None, "not_validated": "no"}
     page = Page(report_page(dataclasses.replace(story, diagnosis=diagnosis, **changes), "0"))
@@ -187,7 +188,7 @@ def test_uneven_time_stamps_are_said(told, tmp_path):
     assert f"time stamps uneven: rows are {apart}" in words and "ticks lost" not in words
     assert "from an encoder's counts, and the recording has angles" in words
     assert "imported log = log.csv, time = t, input = u:V, angle = deg:deg, segment = run" in words
-    # Only residuals of counts are added up.
+    # What was not added up is not called a drift.
     assert "drift chi2" not in words and "twenty ticks" not in words
     assert "which was too large: chi2 says which motor is better" in words
 
