@@ -60,8 +60,10 @@ def test_residuals_are_in_counts(exact, recording):
         ("Density (per count)", ""),
     ]
     shown = np.concatenate([points.get_ydata() for points in figure.axes[0].get_lines() if len(points.get_xdata()) > 2])
-    # The definition of the first measure of a model: mean square over the encoder's 1/6.
-    assert 6 * np.mean(shown**2) == pytest.approx(exact.chi2_per_sample, rel=1e-9)
+    # The definition of the first measure of a model: mean square over what rounding the simulated motion makes.
+    per_count = 2 * np.pi / COUNTS / 0.005
+    part = np.mod(np.concatenate([trace.simulated_rad_s for trace in exact.traces]) / per_count, 1)
+    assert np.mean(shown**2) / np.mean(part * (1 - part)) == pytest.approx(exact.chi2_per_sample, rel=1e-6)
     expected = exact.traces[0].measured_rad_s - exact.traces[0].simulated_rad_s
     np.testing.assert_allclose(shown[: len(expected)], expected * 0.005 * COUNTS / (2 * np.pi), rtol=1e-9)
 
