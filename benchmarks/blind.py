@@ -17,7 +17,7 @@ import numpy as np
 from hidden import OUTSIDE, SINGLE, Hidden, draw, draw_pair
 
 from jaxmotor._precision import in_float64
-from jaxmotor.cli._runtime import let_threads_compute, use_compilation_cache
+from jaxmotor.cli._runtime import prepare_jax
 from jaxmotor.diagnosis import Diagnosis, diagnose
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._score import scored
@@ -151,8 +151,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=5, help="of each effect; 10 times as many nulls and pairs")
     parser.add_argument("--first", type=int, default=0, help="seed")
     chosen = parser.parse_args()
-    use_compilation_cache()
-    let_threads_compute()
+    prepare_jax(threads=True)
     rows = []
     for suite in chosen.suites:
         kinds = {"single": SINGLE, "outside": OUTSIDE}.get(suite, (suite,))

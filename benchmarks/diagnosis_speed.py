@@ -17,7 +17,7 @@ import numpy as np
 from fleet_simulation import DEAD_V, FRICTION_V, GAIN, PERIOD_S, POLE, compiled
 from hidden import draw
 
-from jaxmotor.cli._runtime import let_threads_compute, use_compilation_cache
+from jaxmotor.cli._runtime import prepare_jax
 from jaxmotor.diagnosis import diagnose
 
 KINDS = ("", "coulomb_friction", "transport_delay", "supply_sag", "cogging", "coulomb_friction+transport_delay")
@@ -47,8 +47,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     rounds = parser.parse_args().rounds
-    use_compilation_cache()
-    let_threads_compute()
+    prepare_jax(threads=True)
     print("| hidden | ticks | diagnosis, s | one simulation in C, ms | ratio |")
     print("|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:

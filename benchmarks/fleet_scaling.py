@@ -31,9 +31,9 @@ CHILD = """
 import json, os, resource, sys, time
 flags = os.environ.get("FLEET_CORES")
 if flags: os.sched_setaffinity(0, range(int(flags)))
-import jax
-jax.config.update("jax_compilation_cache_dir", sys.argv[4])
-jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+os.environ["JAXMOTOR_CACHE"] = sys.argv[4]
+from jaxmotor.cli._runtime import prepare_jax
+prepare_jax()
 from jaxmotor.fleet import identify_fleet
 def clocks():
     return time.perf_counter(), time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

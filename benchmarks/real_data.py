@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor import JaxmotorError, Motor, Recording, diagnose, identify, import_log, import_steady, join
-from jaxmotor.cli._runtime import let_threads_compute, use_compilation_cache
+from jaxmotor.cli._runtime import prepare_jax
 from jaxmotor.motor import Rows, simulate_motor
 
 FOLDER = Path(os.environ.get("JAXMOTOR_DATA", Path(__file__).parent.parent.parent / "shared" / "data"))
@@ -132,8 +132,7 @@ def main() -> None:
         print(f"no measured logs in {FOLDER}; name their folder with JAXMOTOR_DATA")
         return
     if chosen is not None:
-        use_compilation_cache()
-        let_threads_compute()
+        prepare_jax(threads=True)
         print("| log | named | linear, fit % | with it, fit % | s |")
         print("|---|---|---|---|---|")
         for name in chosen or DIAGNOSED:

@@ -9,6 +9,7 @@ import contextlib
 import functools
 import hashlib
 import json
+import os
 import platform
 import secrets
 import threading
@@ -169,8 +170,15 @@ def _key(function: Callable[..., Arrays], static: Any, tree: Any, leaves: list[A
 
 @functools.cache
 def _machine() -> str:
-    """What the machine code is for: the kind of processor with all that it can do, or of accelerator."""
-    about = [platform.machine(), jax.default_backend(), *(device.device_kind for device in jax.local_devices()[:1])]
+    """What the machine code is for: the kind of processor with all that it can do, or of accelerator; and how it is
+    compiled."""
+    flags = os.environ.get("XLA_FLAGS", "")
+    about = [
+        platform.machine(),
+        flags,
+        jax.default_backend(),
+        *(device.device_kind for device in jax.local_devices()[:1]),
+    ]
     with contextlib.suppress(OSError):
         lines = Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
         about += [line for line in lines if line.startswith(("flags", "Features"))][:1]

@@ -11,13 +11,12 @@ def demo_command(
 ) -> None:
     """Identify, diagnose and validate the bundled recording, exactly and as the paper did, and draw it."""
     from jaxmotor.cli._folder import make_folder
-    from jaxmotor.cli._runtime import let_threads_compute, use_compilation_cache
+    from jaxmotor.cli._runtime import prepare_jax
     from jaxmotor.recording import bundled
 
     make_folder(output)
     recording = bundled("paper")
-    use_compilation_cache()
-    let_threads_compute()
+    prepare_jax(threads=True)
     from jaxmotor.cli._story import diagnosis_text
     from jaxmotor.cli._text import fit_text
     from jaxmotor.cli._validate import validation_text

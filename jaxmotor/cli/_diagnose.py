@@ -27,12 +27,11 @@ def diagnose_command(
 
 
 def _one(path: Path, json: bool, output: Path | None, seed: int) -> None:
-    from jaxmotor.cli._runtime import let_threads_compute, use_compilation_cache
+    from jaxmotor.cli._runtime import prepare_jax
     from jaxmotor.recording import read
 
     recording = read(path)
-    use_compilation_cache()
-    let_threads_compute()
+    prepare_jax(threads=True)
     from jaxmotor.cli._story import diagnosis_text
     from jaxmotor.diagnosis import diagnose, to_json
 

@@ -60,9 +60,9 @@ def export_command(
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For WPILib's gains in metres.")] = None,
 ) -> None:
     """Write a model for python-control, C, WPILib or MuJoCo, with controllers designed from it."""
-    from jaxmotor.cli._runtime import use_compilation_cache
+    from jaxmotor.cli._runtime import prepare_jax
 
-    use_compilation_cache()
+    prepare_jax()
     from jaxmotor.estimate import read_model
     from jaxmotor.present import exports
 

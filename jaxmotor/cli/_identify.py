@@ -61,13 +61,13 @@ def _one(
     json: bool,
     output: Path | None,
 ) -> None:
-    from jaxmotor.cli._runtime import use_compilation_cache
+    from jaxmotor.cli._runtime import prepare_jax
     from jaxmotor.cli._segments import chosen_segments
     from jaxmotor.recording import read
 
     recording = read(path)
     held_out = chosen_segments(recording, hold_out)
-    use_compilation_cache()
+    prepare_jax()
     from jaxmotor.estimate import electrical_check, identify, to_json
 
     fit = identify(recording, method=method.value, model=model.value, hold_out=held_out)

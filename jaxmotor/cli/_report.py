@@ -23,13 +23,12 @@ def report_command(
         make_folder(output)
         typer.echo(printable(f"wrote {write_fleet_page(source, output)}"))
         return
-    from jaxmotor.cli._runtime import let_threads_compute, use_compilation_cache
+    from jaxmotor.cli._runtime import prepare_jax
     from jaxmotor.recording import read
 
     recording = read(source)
     make_folder(output)
-    use_compilation_cache()
-    let_threads_compute()
+    prepare_jax(threads=True)
     from jaxmotor.present.report import story, write_report
 
     found = story(recording, seed=seed)

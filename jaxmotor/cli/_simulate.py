@@ -31,9 +31,9 @@ def simulate_command(
             name for name, value in (("--counts-per-rev", counts), ("--supply", volts)) if value is None
         )
         raise JaxmotorError(f"{plan}: the plan does not say everything about the rig; add {missing}")
-    from jaxmotor.cli._runtime import use_compilation_cache
+    from jaxmotor.cli._runtime import prepare_jax
 
-    use_compilation_cache()
+    prepare_jax()
     from jaxmotor.control import Hardware, simulate_plan
     from jaxmotor.estimate import read_model
     from jaxmotor.recording import write

@@ -32,9 +32,9 @@ def validate_command(
     from jaxmotor.recording import read
 
     measured = read(recording)
-    from jaxmotor.cli._runtime import use_compilation_cache
+    from jaxmotor.cli._runtime import prepare_jax
 
-    use_compilation_cache()
+    prepare_jax()
     from jaxmotor.estimate import read_model
     from jaxmotor.validation import to_json, validate
 

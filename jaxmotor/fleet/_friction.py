@@ -171,6 +171,6 @@ def _left(psi: Float[Array, " p"], problem: Problem, arrays: Arrays) -> Float[Ar
     # After a lost tick, the speed that the linear motor had there; what that is off by is projected out.
     speed = jnp.asarray(lanes.free) * arrays["initial_speed"][lanes.piece]
     motor, reset, duration = FirstOrder(psi[0], pole), jnp.asarray(lanes.reset), jnp.asarray(lanes.duration)
-    run = simulate_rubbing(motor, friction, dead_zone, volts, reset, speed, duration)
-    shown = (run.turn if problem.kind == "turn" else run.speed) / problem.unit
+    run = simulate_rubbing(motor, friction, dead_zone, volts.T, reset.T, speed.T, duration)
+    shown = (run.turn if problem.kind == "turn" else run.speed).T / problem.unit
     return jnp.where(jnp.asarray(lanes.valid), jnp.asarray(lanes.observed) - shown, 0.0)

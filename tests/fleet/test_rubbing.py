@@ -21,7 +21,7 @@ def both(parameters, volts, steps):
     reset[0] = reset[300] = True
     start = np.where(reset, 7.0, 0.0) * (np.arange(len(volts)) > 0)
     motor, period = FirstOrder(gain, pole), jnp.asarray(0.005)
-    exact = simulate_rubbing(motor, friction, dead, *(jnp.asarray(x)[None] for x in (volts, reset, start)), period)
+    exact = simulate_rubbing(motor, friction, dead, *(jnp.asarray(x)[:, None] for x in (volts, reset, start)), period)
     whole = Motor(motor, (CoulombFriction(friction), DeadZone(dead)), jnp.zeros(()))
     rows = Rows(jnp.asarray(volts), jnp.asarray(reset), jnp.asarray(start), jnp.zeros(len(volts)))
     stepped = simulate_motor(whole, rows, period, jnp.asarray(7.4), steps)
@@ -34,14 +34,14 @@ def test_the_general_simulation_comes_near_with_more_steps(friction, x64):
     apart = []
     for steps in (10, 100, 1000):
         exact, stepped = both(parameters, volts_of(1), steps)
-        apart.append(float(jnp.abs(exact.turn[0] - stepped.turn).max()) / float(jnp.abs(stepped.turn).max()))
+        apart.append(float(jnp.abs(exact.turn[:, 0] - stepped.turn).max()) / float(jnp.abs(stepped.turn).max()))
     assert apart[2] < 1e-5
     if friction:
         assert apart[2] < apart[1] < apart[0]
 
 
 def test_derivatives_are_those_of_differences(x64):
-    volts = volts_of(2)[None]
+    volts = volts_of(2)[:, None]
     reset, still = jnp.zeros(volts.shape, bool).at[0, 0].set(True), jnp.zeros(volts.shape)
 
     def position(parameters):
@@ -49,7 +49,7 @@ def test_derivatives_are_those_of_differences(x64):
         motion = simulate_rubbing(
             FirstOrder(gain, pole), friction, dead, jnp.asarray(volts), reset, still, jnp.asarray(0.005)
         )
-        return jnp.cumsum(motion.turn[0])
+        return jnp.cumsum(motion.turn[:, 0])
 
     at = jnp.asarray([11.0, 40.0, 0.3, 0.1])
     jacobian = jax.jacfwd(position)(at)
