@@ -6,10 +6,14 @@ import jax
 import pytest
 from hypothesis import settings
 
+from jaxmotor.cli._runtime import WHOLE_LOOPS
+
 # XLA's newer way to compile fusions takes twice as long and gains these programs nothing. It ends a program whose
 # flags it does not know, so only versions that were tried are given it; subprocesses inherit it.
-if jax.__version_info__[:2] <= (0, 10) and "xla_cpu_use_fusion_emitters" not in os.environ.get("XLA_FLAGS", ""):
-    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} --xla_cpu_use_fusion_emitters=false".strip()
+FLAGS = [*os.environ.get("XLA_FLAGS", "").split(), WHOLE_LOOPS]
+if jax.__version_info__[:2] <= (0, 10):
+    FLAGS.append("--xla_cpu_use_fusion_emitters=false")
+os.environ["XLA_FLAGS"] = " ".join(dict.fromkeys(FLAGS))
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
