@@ -35,4 +35,4 @@ def to_numpy(tree: T) -> T:
 def to_jax(tree: Any) -> Any:
     """`tree` with JAX arrays for leaves, in the precision that is on."""
     # Not by `jnp.asarray`, for which JAX compiles a program for each shape.
-    return jax.tree.map(lambda leaf: jax.device_put(np.asarray(leaf)), tree)
+    return jax.device_put(jax.tree.map(np.asarray, tree))

@@ -1,8 +1,8 @@
 """Standard errors that do not rest on the model being perfect.
 
 With H = JᵀJ + P (P the prior's weight) and g_c the sum of Jᵀr over block c of the recording, the covariance is the
-larger, parameter by parameter, of H⁻¹ (residuals independent, of unit variance) and of the sandwich
-H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + P) H⁻¹ (only blocks are independent) [White 1980; Liang and Zeger 1986].
+larger, parameter by parameter, of H⁻¹ (residuals independent, of unit variance; a law's `unlikeness` makes it more) and
+of the sandwich H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + P) H⁻¹ (only blocks are independent) [White 1980; Liang and Zeger 1986].
 """
 
 import math
@@ -28,7 +28,8 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     blocks = len(used)
     meat = pulls.T @ pulls * (blocks / max(blocks - 1, 1)) + prior
     sandwich = bread @ meat @ bread
-    own = bread * max(fitted.chi2, 1.0)
+    unlike = [1.0] * OWN + [type(one).unlikeness for one in fitted.template.effects for _ in range(free_size(one))]
+    own = bread * max(fitted.chi2, 1.0) * np.outer(unlike, unlike)
     grow = np.sqrt(np.maximum(np.diag(own) / np.maximum(np.diag(sandwich), 1e-300), 1.0))
     return sandwich * np.outer(grow, grow) + np.diag(np.where(known, 0.0, np.inf))
 

@@ -108,7 +108,7 @@ def linear_of(
     effects: tuple[AbstractEffect, ...] = (),
 ) -> Motor:
     """A motor from plain numbers [rad/s/V, rad/s, s, 1]."""
-    gain_, pole_, lag_, share_ = (to_jax(np.float64(value)) for value in (gain, pole, lag, share))
+    gain_, pole_, lag_, share_ = to_jax([np.float64(value) for value in (gain, pole, lag, share)])
     return Motor(SecondOrder(gain_, pole_, lag_), effects, share_)
 
 
@@ -128,6 +128,19 @@ def with_effect(motor: Motor, effect: AbstractEffect) -> Motor:
     assert isinstance(motor.linear, SecondOrder)
     lag = float(motor.linear.electrical_time_constant)
     return linear_of(float(motor.linear.gain), pole, lag, float(motor.viscous_share), (*motor.effects, effect))
+
+
+def with_each(motor: Motor, effects: Sequence[AbstractEffect]) -> Motor:
+    """`motor` with each of `effects`, which are of one kind, as one motor whose leaves are (k,), in numpy."""
+    first = with_effect(motor, effects[0])
+    leaves = [np.repeat(np.asarray(leaf), len(effects)) for leaf in jax.tree.leaves(first)]
+    names = tuple(parameters(effects[0]))
+    # Leaves are those of the linear part, of the effects in their order, and the viscous share.
+    leaves[-1 - len(names) : -1] = [np.array([float(getattr(one, name)) for one in effects]) for name in names]
+    if isinstance(effects[0], AbstractLoadEffect):
+        ratios = np.array([float(one.load().ratio) for one in effects if isinstance(one, AbstractLoadEffect)])
+        leaves[1] = leaves[1] * ((1 + ratios) / (1 + ratios[0]))
+    return jax.tree.unflatten(jax.tree.structure(first), leaves)
 
 
 def without_effect(motor: Motor, name: str) -> Motor:

@@ -73,7 +73,8 @@ class _View:
     coordinate: Coordinate
     text: str
     basis: np.ndarray
-    """(windows, k) orthonormal columns without the mean; or (windows, m, 2) of which the best pair counts."""
+    """(windows, k) orthonormal columns without the mean; or (windows, m, 2) of which the best pair counts. Those are
+    many, and in single precision."""
     at: np.ndarray
     volts: np.ndarray
 
@@ -96,12 +97,17 @@ def _share(basis: np.ndarray, centred: np.ndarray) -> np.ndarray:
     """(c,) adjusted part that `basis` explains of each column of `centred` (n, c); all have one length."""
     whole = float(centred[:, 0] @ centred[:, 0])
     if basis.ndim == 3:
-        pairs = np.einsum("nmp,nc->mpc", basis, centred, optimize=True)
-        explained, columns = (pairs**2).sum(1).max(0), 2
+        explained, columns = _pairs(basis, centred).max(0), 2
     else:
         explained, columns = ((basis.T @ centred) ** 2).sum(0), basis.shape[1]
     free = len(centred) - 1
     return 1 - (1 - explained / whole) * free / (free - columns)
+
+
+def _pairs(basis: np.ndarray, centred: np.ndarray) -> np.ndarray:
+    """(m, c) what each pair of `basis` (n, m, 2) explains of each column of `centred` (n, c)."""
+    flat = basis.reshape(len(basis), -1).T @ centred.astype(basis.dtype)
+    return (flat**2).reshape(basis.shape[1], 2, -1).sum(1)
 
 
 def _shuffles(centred: np.ndarray, key: int) -> np.ndarray:
@@ -149,7 +155,7 @@ def _step(missing: MissingVolts) -> _View | None:
     after = (missing.time_s >= when).astype(float)
     candidates = np.stack([(np.arange(size) >= c).astype(float) for c in cuts[:: max(1, len(cuts) // 60)]], axis=1)
     candidates = (candidates - candidates.mean(0)) / np.linalg.norm(candidates - candidates.mean(0), axis=0)
-    basis = np.zeros((size, candidates.shape[1] + 1, 2))
+    basis = np.zeros((size, candidates.shape[1] + 1, 2), np.float32)
     basis[order, :-1, 0] = candidates
     basis[:, -1, 0] = (after - after.mean()) / np.linalg.norm(after - after.mean())
     before, behind = float(volts[:cut].mean()), float(volts[cut:].mean())
@@ -183,9 +189,13 @@ def _periodic(missing: MissingVolts) -> _View | None:
         return None
     steps = int(min(2 * duration * (FASTEST_Hz - SLOWEST_Hz), 2500))
     frequency = np.linspace(SLOWEST_Hz, FASTEST_Hz, steps)
-    angle = 2 * np.pi * missing.time_s[:, None] * frequency
-    basis = np.stack([np.sin(angle), np.cos(angle)], axis=2) * np.sqrt(2 / len(missing.volts))
-    power = (np.einsum("nmp,n->mp", basis, missing.volts - missing.volts.mean(), optimize=True) ** 2).sum(1)
+    turns = missing.time_s[:, None] * frequency
+    angle = (2 * np.pi * (turns - np.floor(turns))).astype(np.float32)
+    basis = np.empty((*angle.shape, 2), np.float32)
+    np.sin(angle, out=basis[..., 0])
+    np.cos(angle, out=basis[..., 1])
+    basis *= np.float32(np.sqrt(2 / len(missing.volts)))
+    power = _pairs(basis, (missing.volts - missing.volts.mean())[:, None])[:, 0]
     best = float(frequency[np.argmax(power)])
     return _View(
         "time", f"something periodic at {best:.2f} Hz", basis, frequency, np.sqrt(2 * power / len(missing.volts))

@@ -64,16 +64,14 @@ def learn(recording: Recording, solver: Solver, fitted: Fitted) -> tuple[Learned
 
 @program
 def responses_program(motor: Motor, volts: Float[Array, "batch lane row"], trial: Trial) -> Arrays:
-    """`drift` of what the linear `motor` would show under each of `volts` alone; the last also begins at 1 rad/s."""
+    """`drift` (row, batch, lane) of what the linear `motor` shows under each of `volts`; the last begins at 1 rad/s."""
     last = jnp.arange(volts.shape[0], dtype=jnp.int32) == volts.shape[0] - 1
 
-    def one(volts: Float[Array, "lane row"], begin: Float[Array, ""]) -> Float[Array, "lane row"]:
-        # The linear part is exact in one step.
-        alone = dataclasses.replace(under(trial, volts), steps=jnp.ones_like(trial.steps))
+    def one(volts: Float[Array, "lane row"], begin: Float[Array, ""]) -> Float[Array, "row lane"]:
         speeds = jnp.broadcast_to(begin, (trial.problem.pieces + 1,))
-        return jnp.where(trial.problem.lanes.valid, seen(motor, speeds, alone), 0.0)
+        return jnp.where(trial.problem.lanes.valid.T, seen(motor, speeds, under(trial, volts)), 0.0)
 
-    return {"drift": drift(jax.vmap(one)(volts, last.astype(volts.dtype)), trial)}
+    return {"drift": drift(jax.vmap(one, out_axes=1)(volts, last.astype(volts.dtype)), trial)}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -172,8 +170,8 @@ class _Study:
             chosen = volts[:, begin : begin + COLUMNS - 1].T
             columns = np.zeros((COLUMNS, *self.used.shape))
             columns[: len(chosen), self.used] = chosen
-            drifts = np.asarray(responses_program(self.motor, to_jax(columns), self.trial)["drift"])
-            found.append(drifts.reshape(COLUMNS, -1)[[*range(len(chosen)), -1]][:, self.cells].T * self.solver.scale)
+            drifts = self.solver.rows(responses_program(self.motor, to_jax(columns), self.trial)["drift"])
+            found.append(drifts[[*range(len(chosen)), -1]].T)
         return np.concatenate([part[:, :-1] for part in found], axis=1), found[0][:, -1]
 
     def _without(self, columns: np.ndarray, starts: np.ndarray) -> np.ndarray:

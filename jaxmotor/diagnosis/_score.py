@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from jaxmotor.diagnosis._free import layout_of, together
+from jaxmotor.diagnosis._free import together
 from jaxmotor.diagnosis._solve import SPEED_STEP, Solver, square_of
 from jaxmotor.estimate import Packed, Trace, floors, traces_of
 from jaxmotor.motor import Motor
@@ -49,7 +49,7 @@ def begins(solver: Solver, motor: Motor) -> np.ndarray:
     """The initial speed of each piece that fits it best under `motor` [rad/s]; zero where it begins at rest."""
     speeds, step = solver.starts, np.zeros_like(solver.starts)
     least = np.full(len(speeds), np.inf)
-    pair, width = together([motor, motor]), solver.width(layout_of(motor.effects))
+    pair, width = together([motor, motor]), solver.width(motor)
     for _ in range(3 if solver.free_pieces else 0):
         tried = speeds + step
         residual, moved = solver.residuals(pair, np.stack([tried, tried + SPEED_STEP]), width)

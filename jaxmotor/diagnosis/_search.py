@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from jaxmotor.diagnosis._free import with_effect, without_effect
+from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import STEPS, Fitted, Solver, square_of
 from jaxmotor.diagnosis._suspects import Secant, Suspect, suspects
@@ -24,11 +24,18 @@ FIRST = 2
 """Leaders that are fitted with patience before it is known whether anything is left for the others to explain."""
 LATER = 5
 """The same, beside an effect that was found."""
+LIKELY = 0.4
+"""Part of what the best score explains that a rough law's must, where another effect explains everything."""
 DOUBT = 2.0
-"""chi2 per sample above which that is done."""
+"""chi2 per sample above which that is done, and up to which scores are taken at their word: small effects are small
+multiples of themselves."""
+HINT = 0.25
+"""Part of `GAIN` that such a score must promise."""
 BEAM = 3
 FAR = (12.0, 3.0)
 """Leaders of one effect, and of two, are extended that leave at most this many times as much over as the best."""
+RICHER = 0.7
+"""Part of what a law leaves over that a law which contains it must not exceed, to be extended in its place."""
 DEPTH = 3
 """Effects in one motor at most."""
 GAIN = 0.02
@@ -41,6 +48,8 @@ SHARE = 0.5
 """Of what is left over that every effect after the first must explain."""
 ENOUGH = 1.03
 """chi2 per sample at which nothing is looked for any more."""
+NEARLY = 1.06
+"""The same for the effects beside it, which are then tried with less patience: true motors scatter up to here."""
 EXPLAINED = 1.15
 """chi2 per sample up to which nothing is left over; two laws are not that exact themselves."""
 ROUGH = {"missed_counts": 2.1, "backlash": 1.5}
@@ -145,7 +154,7 @@ class Search:
         for depth in range(DEPTH):
             extended = [fitted for base in beam for fitted in self.extensions(base)]
             extended += [fitted for half in halves for fitted in self.completions(half)]
-            beam = _different(ordered(extended))[:BEAM]
+            beam = _plain(_different(ordered(extended)))[:BEAM]
             halves = [fitted for fitted in extended if fitted not in beam and _beside(fitted)]
             if not beam or not _pays(best, beam[0], depth):
                 break
@@ -165,13 +174,25 @@ class Search:
         key = frozenset(base.names)
         if key not in self.known:
             ranked = suspects(base, self.secants)
-            leaders = _leaders(base, ranked, contest)
-            found = side_by_side(lambda name: self.best_of(base, ranked[name]), leaders[:FIRST])
-            least = min(fitted.chi2 for fitted in found) if found else math.inf
-            found += side_by_side(lambda name: self.best_of(base, ranked[name], least), leaders[FIRST:])
+            found = self.fitted(base, ranked, _leaders(base, ranked, contest))
             found += self.likewise(ordered(found)[:1], ranked)
             self.known[key] = _best_each(found)
         return self.known[key]
+
+    def fitted(self, base: Fitted, ranked: dict[str, list[Suspect]], leaders: list[str]) -> list[Fitted]:
+        """`base` with each of `leaders`: the first ones, then the rest, and rough laws, which take long, at last."""
+        rough = [name for name in leaders[FIRST:] if is_wide((ranked[name][0].effect,))]
+        others = [name for name in leaders[FIRST:] if name not in rough]
+        found: list[Fitted] = []
+        for names in (leaders[:FIRST], others, rough):
+            least = min((fitted.chi2 for fitted in found), default=math.inf)
+            if names is rough and least < NEARLY:
+                names = _as_good(ranked, rough)
+            found += side_by_side(functools.partial(self._best_of, base, ranked, least), names)
+        return found
+
+    def _best_of(self, base: Fitted, ranked: dict[str, list[Suspect]], least: float, name: str) -> Fitted:
+        return self.best_of(base, ranked[name], least)
 
     def likewise(self, best: list[Fitted], ranked: dict[str, list[Suspect]]) -> list[Fitted]:
         """Where the effect that was added last is one of `KIN`, the others in its place, from its own motor."""
@@ -200,8 +221,10 @@ class Search:
         `least` is the chi2 that another effect in its place leaves.
         """
         best: Fitted | None = None
-        explained = least < ENOUGH
-        steps, bar = (HASTY, least + RIVALRY) if explained else (STEPS, math.inf)
+        explained = least < NEARLY
+        steps, bar = (HASTY, least + RIVALRY) if explained else (STEPS, base.chi2 - 0.5 * GAIN)
+        if starts[0].effect.beside:
+            bar = math.inf
         # Of laws with a single shape all starts lead to one place.
         single = explained or len({_shape(start) for start in starts}) == 1
         for start in starts[: 1 if single else 2]:
@@ -253,12 +276,28 @@ def _leaders(base: Fitted, ranked: dict[str, list[Suspect]], contest: bool) -> l
     beside = _beside(base)
     order = sorted(ranked, key=lambda name: (name not in beside, ranked[name][0].chi2))
     if not base.names:
-        return order[:LEADERS] + [name for name in ALWAYS if name in order[LEADERS:]]
+        return _first_leaders(base, ranked, order)
     if contest:
         return order[:LATER]
     if base.chi2 > DOUBT:
         return order[:LATER] + [name for name in ALWAYS if name in order[LATER : 2 * LATER]]
     return [name for name in order if name in beside or base.chi2 - ranked[name][0].chi2 > 0.5 * GAIN][:LATER]
+
+
+def _first_leaders(base: Fitted, ranked: dict[str, list[Suspect]], order: list[str]) -> list[str]:
+    """Of the linear motor."""
+    if base.chi2 > DOUBT:
+        return order[:LEADERS] + [name for name in ALWAYS if name in order[LEADERS:]]
+    promising = [name for name in order if base.chi2 - ranked[name][0].chi2 > HINT * GAIN]
+    always = [name for name in ALWAYS if name in ranked and not is_wide((ranked[name][0].effect,))]
+    return list(dict.fromkeys(promising[:LEADERS] + (always if base.chi2 > ENOUGH else [])))
+
+
+def _as_good(ranked: dict[str, list[Suspect]], rough: list[str]) -> list[str]:
+    """Of `rough` laws, those that by their score may do as well as an effect that leaves nothing over."""
+    scores = [starts[0].chi2 for starts in ranked.values()]
+    least, none = min(scores), max(scores)
+    return [name for name in rough if none - ranked[name][0].chi2 > LIKELY * (none - least)]
 
 
 def _barred(names: tuple[str, ...]) -> set[str]:
@@ -291,6 +330,18 @@ def _different(fitted: list[Fitted]) -> list[Fitted]:
         if not any(square_of(one.residual - other.residual) < near for other in kept):
             kept.append(one)
     return kept
+
+
+def _plain(fitted: list[Fitted]) -> list[Fitted]:
+    """Without those whose law contains that of another and leaves nearly as much: an exchange comes to them later."""
+
+    def in_vain(one: Fitted, other: Fitted) -> bool:
+        own, others = set(one.names) - set(other.names), set(other.names) - set(one.names)
+        if len(own) != 1 or len(others) != 1:
+            return False
+        return others.pop() in EFFECTS[own.pop()].contains and one.chi2 - 1 > RICHER * (other.chi2 - 1)
+
+    return [one for one in fitted if not any(in_vain(one, other) for other in fitted)]
 
 
 def _shape(start: Suspect) -> tuple[float, ...]:

@@ -12,17 +12,20 @@ from jaxmotor.motor.effects import WindingHeating
 
 @program
 def residuals_program(motors: Motor, speeds: Float[Array, "batch k"], trial: Trial) -> Arrays:
-    """Of each of a batch of motors whose pieces begin at `speeds`: the `plain` residual [units] and its `drift`."""
+    """Of each of a batch of motors whose pieces begin at `speeds`: the `plain` residual [units] and its `drift`.
 
-    def one(motor: Motor, speeds: Float[Array, " k"]) -> Float[Array, "lane row"]:
-        observed = jnp.asarray(trial.problem.lanes.observed)
-        return jnp.where(trial.problem.lanes.valid, observed - seen(motor, speeds, trial), 0.0)
+    Rows come first (row, batch, lane), as they are walked through.
+    """
+    observed = jnp.asarray(trial.problem.lanes.observed).T
 
-    plain = jax.vmap(one)(motors, speeds)
+    def one(motor: Motor, speeds: Float[Array, " k"]) -> Float[Array, "row lane"]:
+        return jnp.where(trial.problem.lanes.valid.T, observed - seen(motor, speeds, trial), 0.0)
+
+    plain = jax.vmap(one, out_axes=1)(motors, speeds)
     return {"plain": plain, "drift": drift(plain, trial)}
 
 
-def drift(plain: Float[Array, "batch lane row"], trial: Trial) -> Float[Array, "batch lane row"]:
+def drift(plain: Float[Array, "row batch lane"], trial: Trial) -> Float[Array, "row batch lane"]:
     """`plain` residuals passed through 1/(1 - ρ z⁻¹), anew in each piece.
 
     Differences of counts hardly show a small torque, positions hardly forgive a wrong initial one; a drift over
@@ -34,12 +37,10 @@ def drift(plain: Float[Array, "batch lane row"], trial: Trial) -> Float[Array, "
         after = residual + jnp.where(begins, 0.0, trial.memory)[None, :] * before
         return after, after
 
-    rows = (jnp.moveaxis(plain, -1, 0), jnp.moveaxis(trial.problem.begins, -1, 0))
-    _, filtered = scan_rows(row, jnp.zeros_like(plain[..., 0]), rows, trial.used)
-    return jnp.moveaxis(filtered, 0, -1)
+    return scan_rows(row, jnp.zeros_like(plain[0]), (plain, trial.problem.begins.T), trial.used)[1]
 
 
-def seen(motor: Motor, speeds: Float[Array, " k"], trial: Trial) -> Float[Array, "lane row"]:
+def seen(motor: Motor, speeds: Float[Array, " k"], trial: Trial) -> Float[Array, "row lane"]:
     """What the recording would show [units] of `motor` whose pieces begin at `speeds` [rad/s]."""
     run = simulated(motor, speeds, trial)
     problem = trial.problem
@@ -51,7 +52,7 @@ def seen(motor: Motor, speeds: Float[Array, " k"], trial: Trial) -> Float[Array,
 
 
 def simulated(motor: Motor, speeds: Float[Array, " k"], trial: Trial) -> Run:
-    """Of all lanes."""
+    """Of all lanes (row, lane)."""
     lanes = trial.problem.lanes
     duration = jnp.asarray(lanes.duration)
     rows = Rows(
@@ -64,9 +65,9 @@ def simulated(motor: Motor, speeds: Float[Array, " k"], trial: Trial) -> Run:
     )
 
     def lane(rows: Rows, duration: Float[Array, "*n"]) -> Run:
-        return simulate_motor(motor, rows, duration, trial.supply, trial.steps, used=trial.used)
+        return simulate_motor(motor, rows, duration, trial.supply, trial.steps, used=trial.used, lengths=trial.lengths)
 
-    return jax.vmap(lane, (0, None if duration.ndim == 0 else 0))(rows, duration)
+    return jax.vmap(lane, (0, None if duration.ndim == 0 else 0), 1)(rows, duration)
 
 
 def _warmth(motor: Motor, trial: Trial) -> Float[Array, "lane row"] | None:
@@ -78,17 +79,17 @@ def _warmth(motor: Motor, trial: Trial) -> Float[Array, "lane row"] | None:
     return None
 
 
-def _mean_speed(run: Run, trial: Trial) -> Float[Array, "lane row"]:
+def _mean_speed(run: Run, trial: Trial) -> Float[Array, "row lane"]:
     """Mean over the window before each row; within the row in which it begins the speed is a straight line."""
     lanes, window = trial.problem.lanes, trial.problem.window
-    angle = jnp.cumsum(run.seen_turn, axis=1) - run.seen_turn
-    first = jnp.arange(angle.shape[1], dtype=jnp.int32)[None, :] - jnp.asarray(lanes.back, jnp.int32)
+    angle = jnp.cumsum(run.seen_turn, axis=0) - run.seen_turn
+    first = jnp.arange(angle.shape[0], dtype=jnp.int32)[:, None] - jnp.asarray(lanes.back, jnp.int32).T
 
-    def at_first(values: Float[Array, "lane row"]) -> Float[Array, "lane row"]:
-        return jnp.take_along_axis(values, first, axis=1)
+    def at_first(values: Float[Array, "row lane"]) -> Float[Array, "row lane"]:
+        return jnp.take_along_axis(values, first, axis=0)
 
-    duration = jnp.broadcast_to(jnp.asarray(lanes.duration), angle.shape)
-    begin, turn, part = at_first(run.seen_speed), at_first(run.seen_turn), jnp.asarray(lanes.part)
+    duration = jnp.broadcast_to(jnp.asarray(lanes.duration).T, angle.shape)
+    begin, turn, part = at_first(run.seen_speed), at_first(run.seen_turn), jnp.asarray(lanes.part).T
     share = part / at_first(duration)
     inside = part * begin + share**2 * (turn - begin * at_first(duration))
     return (angle - at_first(angle) - inside) / window

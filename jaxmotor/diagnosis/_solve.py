@@ -71,6 +71,7 @@ class Solver:
         self.trial = trial
         self.cells = np.flatnonzero(trial.valid if rows is None else trial.valid & rows)
         lanes = trial.problem.lanes
+        self.places = np.unravel_index(self.cells, trial.valid.shape)
         self.piece = np.asarray(lanes.piece).reshape(-1)[self.cells]
         self.pieces = trial.problem.pieces + 1
         self.free_pieces = bool(np.any(lanes.free))
@@ -84,19 +85,19 @@ class Solver:
         for begin in range(0, len(speeds), width):
             chosen = slice(begin, begin + width)
             part = jax.tree.map(operator.itemgetter(chosen), motors)
-            parts.append(self._rows(self._program(part, speeds[chosen], width)["drift"])[: len(speeds[chosen])])
+            parts.append(self.rows(self._program(part, speeds[chosen], width)["drift"])[: len(speeds[chosen])])
         return np.concatenate(parts)
 
     def seen(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(lane, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
-        found = self._program(together([motor]), speeds[None], self.width(layout_of(motor.effects)))
-        return np.asarray(found["plain"])[0], self._rows(found["drift"])[0]
+        found = self._program(together([motor]), speeds[None], self.width(motor))
+        return np.asarray(found["plain"])[:, 0].T, self.rows(found["drift"])[0]
 
-    def _rows(self, drift: Any) -> np.ndarray:
-        """(k, n) the rows that count [standard deviations]."""
-        found = np.asarray(drift)
+    def rows(self, drift: Any) -> np.ndarray:
+        """(k, n) of `drift` (row, k, lane), the rows that count [standard deviations]."""
+        lane, row = self.places
         with np.errstate(over="ignore"):
-            return found.reshape(len(found), -1)[:, self.cells] * self.scale
+            return np.ascontiguousarray(np.asarray(drift)[row, :, lane].T) * self.scale
 
     def _program(self, motors: Motor, speeds: np.ndarray, width: int) -> dict[str, Any]:
         def filled(leaf: np.ndarray) -> np.ndarray:
@@ -104,9 +105,10 @@ class Solver:
 
         return residuals_program(jax.tree.map(filled, motors), filled(speeds), self.trial)
 
-    def width(self, layout: Layout) -> int:
+    def width(self, motor: Motor) -> int:
         """Motors simulated side by side: as many as a Jacobian needs, but few different numbers."""
-        return 2 * math.ceil((1 + len(layout.names) + self.free_pieces) / 2)
+        sides = 2 if is_wide(motor.effects) else 1
+        return 2 * math.ceil((1 + sides * len(layout_of(motor.effects).names) + self.free_pieces) / 2)
 
     def linearise(self, template: Motor, free: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray, Any]:
         """Residual (n,), Jacobian (n, p) and the column (n,) of the initial speeds, if any is free."""
@@ -118,7 +120,7 @@ class Solver:
         starts = np.repeat(speeds[None], len(frees), axis=0)
         if self.free_pieces:
             starts[-1] += SPEED_STEP
-        found = self.residuals(motors_at(template, frees), starts, self.width(layout))
+        found = self.residuals(motors_at(template, frees), starts, self.width(template))
         p = len(free)
         # Wild motors overflow; a step that leads to one is not taken.
         found = np.where(np.isfinite(found), found, np.nan)
@@ -211,7 +213,7 @@ class Solver:
         new = _At(free, speeds, *self.linearise(motor, free, speeds))
         if self._cost(new, layout) < before:
             return new
-        width = self.width(layout)
+        width = self.width(motor)
         shares = 0.5 ** np.arange(1, width + 1)
         trials = [after(float(share)) for share in shares]
         frees, starts = (np.stack(column) for column in zip(*trials, strict=True))
@@ -238,7 +240,7 @@ def _first_speeds(trial: Trial, pieces: int) -> np.ndarray:
         used = np.asarray(lanes.valid)[cells] & (np.asarray(lanes.piece)[cells] == lanes.piece[lane, row])
         if used.any():
             speeds[lanes.piece[lane, row]] = float(np.asarray(lanes.observed)[cells][used].mean())
-    duration = float(np.median(np.asarray(lanes.duration)))
+    duration = float(np.asarray(trial.log.duration))
     return speeds * float(trial.problem.unit) / (duration if trial.problem.kind == "turn" else 1.0)
 
 

@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 
-from jaxmotor.diagnosis._free import Layout, layout_of, together, with_effect
+from jaxmotor.diagnosis._free import Layout, with_each, with_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor.effects import EFFECTS, AbstractEffect, Rig, parameters
@@ -46,9 +46,9 @@ def _secants(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]) -
     """Of one effect."""
     if not starts:
         return []
-    motors = [with_effect(base.motor, start) for start in starts]
-    speeds = np.repeat(base.speeds[None], len(motors), axis=0)
-    columns = solver.residuals(together(motors), speeds, solver.width(layout_of(motors[0].effects))) - base.residual
+    speeds = np.repeat(base.speeds[None], len(starts), axis=0)
+    width = solver.width(with_effect(base.motor, starts[0]))
+    columns = solver.residuals(with_each(base.motor, starts), speeds, width) - base.residual
     columns = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
     paired = any(about["kind"] == "amplitude" for about in parameters(starts[0]).values())
     size = 2 if paired else 1

@@ -37,6 +37,8 @@ class Trial(eqx.Module):
     """Rows of the fullest lane; the others are padding."""
     memory: Float[Array, ""]
     """Of the residuals' filter, 0 to 1."""
+    lengths: Float[Array, " 2"] | None
+    """A typical duration of a row and the longest [s], where rows have durations of their own."""
 
     @property
     def valid(self) -> Bool[np.ndarray, "lane row"]:
@@ -66,7 +68,7 @@ def trial_of(recording: Recording, packed: Packed, pole_rad_s: float) -> Trial:
         if known:
             angle[cells] = _angle(recording, index)[packed.row_of[cells]]
     angle -= angle[packed.segment_of >= 0].min(initial=0.0) // (2 * np.pi) * (2 * np.pi)
-    period = float(np.median(np.asarray(packed.lanes.duration)))
+    period, longest = packed.durations
     return Trial(
         problem,
         to_jax(time),
@@ -76,13 +78,14 @@ def trial_of(recording: Recording, packed: Packed, pole_rad_s: float) -> Trial:
         to_jax(np.int32(min(steps_for(period, pole_rad_s), MOST_STEPS))),
         to_jax(np.int32(np.nonzero(packed.segment_of >= 0)[1].max() + 1)),
         to_jax(MEMORY if drifts else 0.0),
+        None if packed.lanes.duration.ndim == 0 else to_jax(np.array([period, longest])),
     )
 
 
 def rig_of(recording: Recording, trial: Trial) -> Rig:
     lanes, speed = trial.problem.lanes, np.abs(np.asarray(trial.log.speed))[: int(np.asarray(trial.log.used))]
     applied = np.unique(np.round(np.abs(np.asarray(lanes.volts)[trial.valid]), 6))
-    period = float(np.median(np.asarray(lanes.duration)))
+    period = float(np.asarray(trial.log.duration))
     time = np.asarray(trial.time)[trial.valid]
     turns = trial.angle is not None and bool(np.ptp(np.asarray(trial.angle)[trial.valid]) > 2 * np.pi)
     return Rig(
@@ -124,7 +127,7 @@ def _log(packed: Packed, time: np.ndarray, supply: float) -> tuple[Heard, Int[Ar
     place[order] = np.arange(len(order))
     row[cells] = place
     speed, variance = packed.lanes.observed * packed.observation.unit, packed.observation.unit**2 / 12
-    duration = float(np.median(np.asarray(packed.lanes.duration)))
+    duration, _ = packed.durations
     if packed.observation.kind == "turn":
         speed, variance = speed / np.asarray(packed.lanes.duration), 2 * variance / duration**2
     # A tick without a measurement moved about as the one before it.

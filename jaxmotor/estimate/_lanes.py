@@ -78,6 +78,15 @@ class Packed:
     def __len__(self) -> int:
         return int(self.lanes.valid.sum())
 
+    @property
+    def durations(self) -> tuple[float, float]:
+        """The median and the longest duration of rows that another one of their segment follows [s]."""
+        durations = self.lanes.duration
+        if durations.ndim:
+            follows = (self.segment_of[:, :-1] >= 0) & (self.segment_of[:, :-1] == self.segment_of[:, 1:])
+            durations = durations[:, :-1][follows]
+        return float(np.median(durations)), float(np.max(durations))
+
 
 class Piece(NamedTuple):
     segment: int

@@ -6,6 +6,7 @@ without effects any number of steps gives what `simulate` gives.
 
 import abc
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -27,7 +28,10 @@ from jaxmotor.motor.effects._substep import (
     shown_speed,
     step,
 )
+from jaxmotor.motor.effects._table import tabulated
 
+LONGEST_ROW = 4.0
+"""Times the typical one, up to which uneven rows have steps that are short enough for a contact."""
 LONGEST_DELAY = 32
 """The longest transport delay [ticks]."""
 
@@ -148,8 +152,19 @@ class _Row(NamedTuple):
     pause: Scalar
     """Since the row before ended [s]."""
     duration: Scalar
-    angle: "_Angle | None"
+    angle: "_Readings | None"
     warmth: Scalar | None
+
+
+class _Readings(NamedTuple):
+    """Of the angle, at the ends of a tick and of its neighbours [rad]."""
+
+    before: Scalar
+    begin: Scalar
+    end: Scalar
+    after: Scalar
+    inside: Bool[Array, ""]
+    """The neighbours belong to the same experiment."""
 
 
 class _Angle(NamedTuple):
@@ -192,6 +207,10 @@ class _Setup(NamedTuple):
         """Back-EMF per speed [V s/rad]."""
         return (1 - self.motor.viscous_share) / self.motor.linear.gain
 
+    def over(self, length: Scalar) -> Linear:
+        """The linear part over a step of `length` [s]."""
+        return linear_part(self.motor.linear, self.motor.viscous_share, self.parts, length)
+
     def resting(self, speed: Scalar) -> tuple[Scalar, ...]:
         return fresh(self.parts, lag_of(self.motor.linear, self.parts) is not None, speed)
 
@@ -206,32 +225,57 @@ def simulate_motor(
     count_rad: Float[Array, ""] | None = None,
     used: Int[Array, ""] | None = None,
     begin: Begin | None = None,
+    lengths: Float[Array, " 2"] | None = None,
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
     `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
     that is rounded to counts of `count_rad` [rad] where this is given. Rows from `used` on are not simulated. Without
-    `begin` the shaft stands at 0, in the middle of a count.
+    `begin` the shaft stands at 0, in the middle of a count. `lengths` are a typical `duration` and the longest [s]:
+    given them, many rows of durations of their own are interpolated, to parts in 1e9, instead of computed one by one.
     """
     setup = _Setup(motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad)
-    spans = _spans(setup, duration) if duration.ndim == 0 else None
+    over = setup.over
+    if lengths is not None:
+        # As many steps in each row: loops side by side would wait for the longest, and do all else twice.
+        longest = jnp.minimum(lengths[1], LONGEST_ROW * lengths[0])
+        setup, over = _stepped(setup, longest), tabulated(setup.over, lengths)
+    spans = _spans(_stepped(setup, duration), duration, over) if duration.ndim == 0 else None
 
     def tick(carry: _Carry, row: _Row) -> tuple[_Carry, Run]:
-        return _tick(setup, _spans(setup, row.duration) if spans is None else spans, _begun(setup, carry, row), row)
+        now = spans
+        if now is None:
+            now = _spans(setup if lengths is not None else _stepped(setup, row.duration), row.duration, over)
+        return _tick(setup, now, _begun(setup, carry, row), row)
 
-    _, run = scan_rows(tick, _start(setup, rows.volts.dtype, begin), _inputs(setup.parts, rows, duration), used)
+    _, run = scan_rows(tick, _start(setup, rows.volts.dtype, begin), _inputs(rows, duration), used)
     return run
 
 
-def _inputs(parts: Parts, rows: Rows, duration: Float[Array, "..."]) -> _Row:
+def _inputs(rows: Rows, duration: Float[Array, "..."]) -> _Row:
     lengths = jnp.broadcast_to(duration, rows.volts.shape)
     ended = jnp.concatenate([rows.time[:1], (rows.time + lengths)[:-1]])
     pause = jnp.maximum(rows.time - ended, 0.0)
-    angle = None if rows.angle is None else _angles(_true_angle(parts, rows.angle), rows.reset)
+    angle = None if rows.angle is None else _readings(rows.angle, rows.reset)
     return _Row(rows.volts, rows.reset, rows.initial_speed, rows.time, pause, lengths, angle, rows.warmth)
 
 
-def _true_angle(parts: Parts, read: Float[Array, " n"]) -> Float[Array, " n"]:
+def _readings(angle: Float[Array, " n"], reset: Bool[Array, " n"]) -> _Readings:
+    end = jnp.ones(1, bool)
+    last = jnp.concatenate([reset[1:], end])
+    later = jnp.where(last, angle, jnp.concatenate([angle[1:], angle[-1:]]))
+    inside = ~reset & ~last & ~jnp.concatenate([last[1:], end])
+    before, after = jnp.concatenate([angle[:1], angle[:-1]]), jnp.concatenate([later[1:], later[-1:]])
+    return _Readings(before, angle, later, after, inside)
+
+
+def _measured(parts: Parts, read: _Readings) -> _Angle:
+    before, begin, end, after = (_true_angle(parts, reading) for reading in read[:4])
+    turn = end - begin
+    return _Angle(begin, turn, jnp.where(read.inside, 0.25 * ((after - end) - (begin - before)), 0.0))
+
+
+def _true_angle(parts: Parts, read: Scalar) -> Scalar:
     """θ = y - e(θ), by as many repetitions as it takes for any error that a turning encoder can have."""
     angle = read
     for _ in range(4 if parts.discs else 0):
@@ -239,33 +283,29 @@ def _true_angle(parts: Parts, read: Float[Array, " n"]) -> Float[Array, " n"]:
     return angle
 
 
-def _angles(angle: Float[Array, " n"], reset: Bool[Array, " n"]) -> _Angle:
-    end = jnp.ones(1, bool)
-    last = jnp.concatenate([reset[1:], end])
-    turn = jnp.where(last, 0.0, jnp.concatenate([angle[1:], angle[-1:]]) - angle)
-    after, before = jnp.concatenate([turn[1:], turn[-1:]]), jnp.concatenate([turn[:1], turn[:-1]])
-    inside = ~reset & ~last & ~jnp.concatenate([last[1:], end])
-    return _Angle(angle, turn, jnp.where(inside, 0.25 * (after - before), 0.0))
-
-
-def _spans(setup: _Setup, duration: Scalar) -> _Spans:
-    """Where a delay ends within the tick a further step begins, so that each step has one voltage."""
-    steps, delays = setup.steps, setup.parts.delays
+def _stepped(setup: _Setup, duration: Scalar) -> _Setup:
+    """`setup` with as many steps as rows of `duration` need."""
+    steps = jnp.ones_like(setup.steps) if setup.parts.steady else setup.steps
     for effect in setup.parts.loads:
         steps = jnp.maximum(steps, jnp.ceil(duration / effect.longest_step_s - 1e-6).astype(steps.dtype))
+    return setup._replace(steps=steps)
 
-    def over(length: Scalar, number: Int[Array, ""]) -> Linear:
-        length = length / number.astype(length.dtype)
-        return linear_part(setup.motor.linear, setup.motor.viscous_share, setup.parts, length)
+
+def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) -> _Spans:
+    """Where a delay ends within the tick a further step begins, so that each step has one voltage."""
+    steps, delays = setup.steps, setup.parts.delays
+
+    def each(length: Scalar, number: Int[Array, ""]) -> Linear:
+        return over(length / number.astype(length.dtype))
 
     if not delays:
-        even, none = over(duration, steps), jnp.zeros_like(steps)
+        even, none = each(duration, steps), jnp.zeros_like(steps)
         return _Spans(even, even, none, steps, none)
     ticks = sum(effect.delay() for effect in delays) / duration
     whole = jnp.clip(jnp.floor(ticks), 0.0, LONGEST_DELAY - 2.0)
     part = jnp.minimum(ticks - whole, 1.0)
     first = jnp.clip(jnp.ceil(part * steps.astype(part.dtype)).astype(steps.dtype), 1, steps)
-    old, new = over(part * duration, first), over((1 - part) * duration, steps + 1 - first)
+    old, new = each(part * duration, first), each((1 - part) * duration, steps + 1 - first)
     return _Spans(old, new, first, steps + 1, whole.astype(steps.dtype))
 
 
@@ -302,8 +342,9 @@ def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carr
     past = jnp.concatenate([volts[None], carry.past[:-1]]) if parts.delays else carry.past
     old, new = (past[spans.whole + 1], past[spans.whole]) if parts.delays else (volts, volts)
     zero = jnp.zeros_like(volts)
-    state = _steps(setup, spans, State(carry.x, carry.memory, zero, zero), old, new, carry.angle, row)
-    seen = state.seen + _disc_error(parts, carry.angle, state.turn, row.angle)
+    measured = None if row.angle is None else _measured(parts, row.angle)
+    state = _steps(setup, spans, State(carry.x, carry.memory, zero, zero), (old, new), measured or carry.angle, row)
+    seen = state.seen + _disc_error(parts, carry.angle, state.turn, measured)
     read, reading = _rounded(carry.reading, seen, setup.count_rad)
     after = _Carry(state.x, state.memory, past, carry.angle + state.turn, read, reading, control)
     speed = carry.x[0]
@@ -311,20 +352,20 @@ def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carr
 
 
 def _steps(
-    setup: _Setup, spans: _Spans, state: State, old_volts: Scalar, new_volts: Scalar, angle: Scalar, row: _Row
+    setup: _Setup, spans: _Spans, state: State, volts: tuple[Scalar, Scalar], angle: Scalar | _Angle, row: _Row
 ) -> State:
     """All steps of a tick. A loop, not its steps one after the other: compiled once for any number of them."""
-    old, new = (_source(setup, volts, row.time + 0.5 * row.duration) for volts in (old_volts, new_volts))
+    old, new = (_source(setup, asked, row.time + 0.5 * row.duration) for asked in volts)
 
     def body(k: Int[Array, ""], state: State) -> State:
         linear, source = spans.new, new
         if setup.parts.delays:
             early = k < spans.first
             linear, source = jax.tree.map(lambda a, b: jnp.where(early, a, b), (spans.old, old), (linear, source))
-        if row.angle is None:
-            middle = angle + state.turn + 0.5 * linear.duration * state.x[0]
+        if isinstance(angle, _Angle):
+            middle = angle.at(_part(setup, spans, k, row.duration))
         else:
-            middle = row.angle.at(_part(setup, spans, k, row.duration))
+            middle = angle + state.turn + 0.5 * linear.duration * state.x[0]
         return step(linear, setup.parts, state, source, middle, setup.supply, setup.back)
 
     return jax.lax.fori_loop(0, spans.steps, body, state)

@@ -41,13 +41,15 @@ class Logged(eqx.Module):
     """Per row."""
     used: Int[Array, ""]
     """Rows of the fullest lane; the others are padding."""
+    lengths: Float[Array, " 2"] | None
+    """A typical duration of a row and the longest [s], where rows have durations of their own."""
 
 
 def logged(motor: Motor, recording: Recording, packed: Packed) -> Logged:
     """`packed` segments of `recording`, for motors like `motor`."""
     time = np.array([segment.start_s for segment in recording.segments])[packed.segment_of] + packed.time_s
     angles, warm = shaft_angles(recording), warmth(motor, recording)
-    period = float(np.median(np.asarray(packed.lanes.duration)))
+    period, longest = packed.durations
     return Logged(
         # One program for all recordings of a size: what only estimates need is made equal.
         dataclasses.replace(as_problem(packed), clusters=0, floor_known=True),
@@ -57,6 +59,7 @@ def logged(motor: Motor, recording: Recording, packed: Packed) -> Logged:
         to_jax(np.float64(bridge_supply(recording))),
         to_jax(np.int32(min(steps_for(period, float(motor.linear.pole)), MOST_STEPS))),
         to_jax(np.int32(np.nonzero(packed.segment_of >= 0)[1].max() + 1)),
+        None if packed.lanes.duration.ndim == 0 else to_jax(np.array([period, longest])),
     )
 
 
@@ -77,7 +80,7 @@ def shown(motor: Motor, speeds: Float[Array, " k"], log: Logged) -> Float[Array,
     rows = Rows(jnp.asarray(lanes.volts), jnp.asarray(lanes.reset), initial, log.time, log.angle, log.warmth)
 
     def lane(rows: Rows, duration: Float[Array, "*n"]) -> Run:
-        return simulate_motor(motor, rows, duration, log.supply, log.steps, used=log.used)
+        return simulate_motor(motor, rows, duration, log.supply, log.steps, used=log.used, lengths=log.lengths)
 
     run = jax.vmap(lane, (0, None if duration.ndim == 0 else 0))(rows, duration)
     if problem.kind == "turn":

@@ -39,7 +39,7 @@ def warmth(motor: Motor, recording: Recording) -> list[np.ndarray] | None:
     cells = packed.segment_of >= 0
     time = np.array([segment.start_s for segment in recording.segments])[packed.segment_of] + packed.time_s
     order = np.argsort(time[cells], kind="stable")
-    duration = float(np.median(np.asarray(lanes.duration)))
+    duration, _ = packed.durations
     speed, variance = lanes.observed * unit, unit**2 / 12
     if packed.observation.kind == "turn":
         speed, variance = speed / np.asarray(lanes.duration), 2 * variance / duration**2

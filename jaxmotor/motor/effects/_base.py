@@ -67,13 +67,16 @@ class AbstractEffect(eqx.Module):
     """Effects that are special cases of it."""
     roughness: ClassVar[float] = 0.0
     """Relative error of its parameters that its law's simplifications bring, as blind tests show it."""
+    unlikeness: ClassVar[float] = 1.0
+    """How many times what the encoder's noise alone would give the errors of its parameters are, where its law follows
+    what shows of it only roughly: the less shows, the more that matters. As blind tests show it."""
     difference: ClassVar[float] = 1e-3
     """Over which fits difference its parameters: relative where they are positive, else of their scale."""
 
     @classmethod
     def of(cls: type[E], **values: Any) -> E:
         """The effect with these parameters; plain numbers will do."""
-        return cls(**{key: to_jax(np.asarray(value, float)) for key, value in values.items()})
+        return cls(**to_jax({key: np.asarray(value, float) for key, value in values.items()}))
 
     @classmethod
     def neutral(cls: type[E]) -> E:

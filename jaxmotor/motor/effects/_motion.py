@@ -23,6 +23,7 @@ from jaxmotor.motor.effects._base import (
     Winding,
     parameter,
 )
+from jaxmotor.motor.effects._sine import sine
 
 
 class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
@@ -114,7 +115,7 @@ class Cogging(AbstractMotionEffect, AbstractTorqueEffect):
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del speed
-        return self.volts_V * jnp.sin(self.cycles_per_rev * angle + self.phase_rad)
+        return self.volts_V * sine(self.cycles_per_rev * angle + self.phase_rad)
 
 
 class LoadTorque(AbstractMotionEffect, AbstractTorqueEffect):
@@ -254,6 +255,7 @@ class Backlash(AbstractMotionEffect, AbstractLoadEffect):
     difference: ClassVar[float] = 0.06
     # Where in its gap the load hangs when an experiment begins is not known.
     roughness: ClassVar[float] = 0.06
+    unlikeness: ClassVar[float] = 12.0
     longest_step_s: ClassVar[float] = 1.8e-3
     contact_frequency_Hz: ClassVar[float] = 90.0
     contact_damping_ratio: ClassVar[float] = 0.3

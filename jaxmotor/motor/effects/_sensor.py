@@ -17,6 +17,7 @@ from jaxmotor.motor.effects._base import (
     Step,
     parameter,
 )
+from jaxmotor.motor.effects._sine import sine
 
 
 class MissedCounts(AbstractSensorEffect, AbstractCountEffect):
@@ -97,4 +98,4 @@ class EncoderEccentricity(AbstractSensorEffect, AbstractAngleSensorEffect):
         return tuple(cls.of(amplitude_rad=0.03, cycles_per_rev=n, phase_rad=phase) for n, phase in waves)
 
     def error(self, angle: Float[Array, "*n"]) -> Float[Array, "*n"]:
-        return self.amplitude_rad * jnp.sin(self.cycles_per_rev * angle + self.phase_rad)
+        return self.amplitude_rad * sine(self.cycles_per_rev * angle + self.phase_rad)

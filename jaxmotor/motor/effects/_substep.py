@@ -38,6 +38,11 @@ class Parts(NamedTuple):
         """Some law wants a current without lag."""
         return any(effect.lagless for effect in self.windings)
 
+    @property
+    def steady(self) -> bool:
+        """Nothing changes within a tick but what moves exactly: one step is as good as many."""
+        return not (self.windings or self.torques or self.frictions or self.loads or self.counts or self.memories)
+
 
 def parts_of(effects: tuple[AbstractEffect, ...]) -> Parts:
     ordered = sorted(effects, key=lambda effect: (effect.stage, effect.name))

@@ -1,0 +1,56 @@
+"""Rows of durations of their own: interpolated propagators against those computed for each row."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from jaxmotor.motor import Motor, Rows, SecondOrder, simulate_motor
+from jaxmotor.motor.effects import EFFECTS
+
+PERIOD = 0.005
+
+
+def uneven(rng, rows):
+    """Durations: jitter, some lost ticks, and one long pause."""
+    duration = PERIOD * (1 + 0.2 * rng.uniform(-1, 1, rows))
+    duration[rng.integers(0, rows, rows // 20)] *= 2
+    duration[rows // 2] = 0.12
+    return duration
+
+
+def turns(motor, duration, lengths):
+    rng = np.random.default_rng(1)
+    volts = 5 * np.sin(np.cumsum(rng.uniform(0, 0.2, len(duration))))
+    reset = np.zeros(len(volts), bool)
+    reset[0] = True
+    time = np.cumsum(duration) - duration
+    rows = Rows(*(jnp.asarray(x) for x in (volts, reset, np.zeros(len(volts)), time)))
+    given = None if lengths is None else jnp.asarray(lengths)
+    run = jax.jit(lambda: simulate_motor(motor, rows, jnp.asarray(duration), jnp.asarray(7.4), 5, lengths=given))()
+    return np.asarray(run.seen_turn), np.asarray(run.speed)
+
+
+@pytest.mark.parametrize("lag", [0.0, 1e-5, 3e-4, 4e-3])
+@pytest.mark.parametrize(
+    "names", [(), ("transport_delay",), ("coulomb_friction", "transport_delay"), ("shaft_compliance",)]
+)
+def test_interpolated_motion_is_the_exact_one(names, lag, x64):
+    motor = Motor(
+        SecondOrder(*(jnp.asarray(x) for x in (11.0, 40.0, lag))),
+        tuple(EFFECTS[name].start() for name in names),
+        jnp.asarray(0.2),
+    )
+    duration = uneven(np.random.default_rng(0), 400)
+    for exact, found in zip(turns(motor, duration, None), turns(motor, duration, [PERIOD, 0.12]), strict=True):
+        np.testing.assert_allclose(found, exact, atol=1e-7 * np.abs(exact).max())
+
+
+def test_even_rows_are_a_case_of_it(x64):
+    """The steps of a contact are as many in each row as the longest needs, so even rows must give what they gave."""
+    motor = Motor(
+        SecondOrder(*(jnp.asarray(x) for x in (11.0, 40.0, 1e-4))), (EFFECTS["backlash"].start(),), jnp.asarray(0.0)
+    )
+    duration = np.full(400, PERIOD)
+    for exact, found in zip(turns(motor, duration, None), turns(motor, duration, [PERIOD, PERIOD]), strict=True):
+        np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
