@@ -16,7 +16,6 @@ from jaxmotor.control._loops import speed_controller as speed_controller
 from jaxmotor.control._position_design import PositionDesign as PositionDesign
 from jaxmotor.control._position_design import design_position_loop as design_position_loop
 from jaxmotor.control._predict import Prediction as Prediction
-from jaxmotor.control._predict import draw_motors as draw_motors
 from jaxmotor.control._predict import measure_step as measure_step
 from jaxmotor.control._predict import predict_step as predict_step
 from jaxmotor.control._rehearse import simulate_plan as simulate_plan

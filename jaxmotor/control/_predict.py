@@ -6,23 +6,22 @@ and where within a count the encoder begins. Limits hold 95 of 100 runs.
 
 import dataclasses
 import math
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int, Key
+from jaxtyping import Array, Float, Int
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax
 from jaxmotor.control._hardware import Hardware
 from jaxmotor.control._loops import CountedPositionLoop, CountedSpeedLoop
 from jaxmotor.estimate import Model
-from jaxmotor.motor import Motor, Rows, SecondOrder, simulate_motor, steps_for
-from jaxmotor.motor.effects import AbstractEffect, TransportDelay, parameters
-from jaxmotor.validation import Band, Interval
+from jaxmotor.motor import Motor, Rows, simulate_motor, steps_for
+from jaxmotor.motor.effects import TransportDelay
+from jaxmotor.validation import Band, Interval, draw_motors
 
 Loop = CountedSpeedLoop | CountedPositionLoop
 RUNS = 128
@@ -130,44 +129,6 @@ def run_loop(model: Model, loop: Loop, hardware: Hardware, reference: float, tic
     late = jnp.asarray(hardware.delay_s) if hardware.delay_s else None
     turn, volts = _run(motors, to_jax(loop), begins, late, jnp.zeros(size), period, supply, asked, steps)
     return Runs(np.asarray(turn)[:, :ticks], np.asarray(volts)[:, :ticks], np.asarray(begins))
-
-
-def draw_motors(model: Model, number: int, key: Key[Array, ""]) -> Motor:
-    """`number` motors side by side, every leaf (number,): the model's own first, then as its errors say.
-
-    Positive parameters are drawn in their logarithm. Linear part and effects are drawn independently.
-    """
-    whole = model.whole
-    names = ["gain", "pole", *(["electrical_time_constant"] if isinstance(whole.linear, SecondOrder) else [])]
-    values = np.array([float(getattr(whole.linear, name)) for name in names])
-    relative = model.covariance / np.outer(values, values)
-    size, axes = np.linalg.eigh((relative + relative.T) / 2)
-    root = jnp.asarray(axes * np.sqrt(np.maximum(size, 0.0)))
-    errors = [*model.effect_errors, *({} for _ in range(len(whole.effects) - len(model.effect_errors)))]
-    width = len(names) + sum(len(parameters(effect)) for effect in whole.effects)
-
-    def one(normal: Float[Array, " w"]) -> Motor:
-        linear = jnp.exp(root @ normal[: len(names)]) * jnp.asarray(values)
-        effects, rest = [], normal[len(names) :]
-        for effect, error in zip(whole.effects, errors, strict=True):
-            effects.append(_drawn(effect, error, rest[: len(parameters(effect))]))
-            rest = rest[len(parameters(effect)) :]
-        motor = type(whole.linear)(**{name: linear[k] for k, name in enumerate(names)})
-        return Motor(motor, tuple(effects), jnp.zeros_like(linear[0]))
-
-    return jax.vmap(one)(jax.random.normal(key, (number, width)).at[0].set(0.0))
-
-
-def _drawn(effect: AbstractEffect, errors: Mapping[str, float], normal: Float[Array, " p"]) -> AbstractEffect:
-    values = {}
-    for index, (name, about) in enumerate(parameters(effect).items()):
-        value, error = float(getattr(effect, name)), errors.get(name, math.nan)
-        error = error if math.isfinite(error) and about["kind"] != "fixed" else 0.0
-        if about["kind"] in ("positive", "amplitude") and value > 0:
-            values[name] = value * jnp.exp(error / value * normal[index])
-        else:
-            values[name] = value + error * normal[index]
-    return type(effect)(**values)
 
 
 @eqx.filter_jit

@@ -10,6 +10,7 @@ from jaxmotor.diagnosis._errors import covariance, effect_errors, linear_covaria
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._held_out import HeldOut, kept, worth_of
+from jaxmotor.diagnosis._joint import joint_covariance
 from jaxmotor.diagnosis._looks import Look, looks
 from jaxmotor.diagnosis._loops import loop_gains
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
@@ -68,6 +69,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         motor=found.fitted.motor,
         standard_error=linear_errors(found.fitted, spread),
         covariance=linear_covariance(found.fitted, spread),
+        joint=joint_covariance(found.fitted, spread, rig_of(recording, study.trial)),
         effects=effects,
         verdict=verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),

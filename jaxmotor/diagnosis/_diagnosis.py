@@ -10,7 +10,7 @@ from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
-from jaxmotor.estimate import Fit, Trace, angle_fit_percent
+from jaxmotor.estimate import Fit, Joint, Trace, angle_fit_percent
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
@@ -107,6 +107,8 @@ class Diagnosis:
     """Of the extended motor's linear part: gain_rad_s_V, pole_rad_s, electrical_time_constant_s, viscous_share."""
     covariance: np.ndarray
     """(3, 3) of the first three of these."""
+    joint: Joint
+    """Of all four and the effects' parameters (`coulomb_friction.volts_V`), but for those that are not determined."""
     effects: tuple[FoundEffect, ...]
     """The largest held-out gain first."""
     verdict: Verdict

@@ -4,7 +4,7 @@ import numpy as np
 
 from jaxmotor._precision import in_float64, to_numpy
 from jaxmotor.diagnosis._diagnosis import Diagnosis
-from jaxmotor.estimate import Model
+from jaxmotor.estimate import KEYS, SHARE, Joint, Model, names_of
 from jaxmotor.motor import linear_motor
 
 SHORTEST_LAG_S = 1e-7
@@ -33,4 +33,13 @@ def extended_model(diagnosis: Diagnosis) -> Model:
         tuple(found.standard_error for found in diagnosis.effects),
         fit.frequency_response,
         viscous_share=float(diagnosis.motor.viscous_share),
+        joint=_joint(diagnosis, len(values)) if diagnosis.effects else None,
     )
+
+
+def _joint(diagnosis: Diagnosis, order: int) -> Joint | None:
+    """Of what the model has: without a lag that is none, and without a viscous share of nothing."""
+    effects = names_of([found.effect for found in diagnosis.effects])
+    share = [SHARE] if float(diagnosis.motor.viscous_share) else []
+    joint = diagnosis.joint.of([*KEYS[:order], *share, *effects])
+    return joint if joint.names[:order] == KEYS[:order] else None

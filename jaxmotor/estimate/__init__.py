@@ -29,11 +29,15 @@ from jaxmotor.estimate._lanes import bucket as bucket
 from jaxmotor.estimate._lanes import pack as pack
 from jaxmotor.estimate._lanes import pieces_of as pieces_of
 from jaxmotor.estimate._model_effects import effects_to_json as effects_to_json
+from jaxmotor.estimate._model_file import KEYS as KEYS
+from jaxmotor.estimate._model_file import SHARE as SHARE
 from jaxmotor.estimate._model_file import Model as Model
 from jaxmotor.estimate._model_file import model_of as model_of
 from jaxmotor.estimate._model_file import model_to_json as model_to_json
 from jaxmotor.estimate._model_file import read_model as read_model
 from jaxmotor.estimate._model_file import to_json as to_json
+from jaxmotor.estimate._model_joint import Joint as Joint
+from jaxmotor.estimate._model_joint import names_of as names_of
 from jaxmotor.estimate._response_fit import fit_response as fit_response
 from jaxmotor.estimate._sine_data import SineData as SineData
 from jaxmotor.estimate._sine_data import sine_data as sine_data

@@ -1,7 +1,8 @@
 """The identified motor as JSON, and back. Format 1; numbers in SI, units in the keys.
 
 `"effects": [{"name", "parameters": {...}, "standard_error": {...}}]` is optional: what makes the motor differ from a
-linear one, in the vocabulary of `EFFECTS`. A file without it is a linear motor.
+linear one, in the vocabulary of `EFFECTS`. A file without it is a linear motor. So is `"joint_covariance"`, how sure
+their parameters are together with the linear ones.
 """
 
 import dataclasses
@@ -19,6 +20,7 @@ from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model_effects import effects_to_json, read_effects
+from jaxmotor.estimate._model_joint import Joint, joint_to_json, names_of, read_joint
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor, SecondOrder, linear_motor
 from jaxmotor.motor.effects import VoltageOffset
 
@@ -27,6 +29,7 @@ LARGEST = 20_000_000
 """Bytes of a model file that are read at most."""
 KEYS = ("gain_rad_s_V", "pole_rad_s", "electrical_time_constant_s")
 SHARE = "viscous_share"
+JOINT = "joint_covariance"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -54,6 +57,8 @@ class Model:
     """What the sines gave, where it came from sines; its leaves are numpy's."""
     viscous_share: float = 0.0
     """Of the pole, `Motor.viscous_share` [1]; only effects on the current make it matter."""
+    joint: Joint | None = None
+    """How sure the parameters are together, those of `effects` included; None: each by itself."""
 
     @property
     @in_float64
@@ -124,6 +129,7 @@ def model_to_json(model: Model) -> dict[str, Any]:
         "standard_error": dict(zip(KEYS, errors, strict=False)),
         "covariance": model.covariance.tolist(),
         "effects": effects_to_json(model.effects, model.effect_errors),
+        **({} if model.joint is None else {JOINT: joint_to_json(model.joint)}),
         "fitted_fingerprints": sorted(model.fitted),
         "period_s": model.period_s,
         "frequency_response": None if model.response is None else _response(model.response),
@@ -169,6 +175,7 @@ def read_model(path: str | os.PathLike[str]) -> Model:
     share = _number(path, values, SHARE) if SHARE in values else 0.0
     if not 0 <= share < 1:
         raise JaxmotorError(f"{path}: {SHARE} is {share:g}, not a share of the pole (from 0 to less than 1)")
+    effects, errors = _effects(path, content)
     return Model(
         linear_motor(numbers),
         _covariance(path, content, len(numbers)),
@@ -177,9 +184,11 @@ def read_model(path: str | os.PathLike[str]) -> Model:
         str(content.get("recording", "")),
         frozenset(str(print_) for print_ in content.get("fitted_fingerprints") or ()),
         str(path),
-        *_effects(path, content),
+        effects,
+        errors,
         _read_response(path, content),
         share,
+        _joint(path, content, keys, effects),
     )
 
 
@@ -189,6 +198,15 @@ def _effects(path: Path, content: dict[str, Any]) -> tuple[tuple[AbstractEffect,
     except ValueError as error:
         raise JaxmotorError(f"{path}: {error}; write the model anew with jaxmotor") from error
     return tuple(each.effect for each in read), tuple(each.standard_error for each in read)
+
+
+def _joint(
+    path: Path, content: dict[str, Any], keys: tuple[str, ...], effects: tuple[AbstractEffect, ...]
+) -> Joint | None:
+    try:
+        return read_joint(content.get(JOINT), keys, [SHARE, *names_of(effects)])
+    except ValueError as error:
+        raise JaxmotorError(f"{path}: {error}; write the model anew with jaxmotor, or leave it out") from error
 
 
 @in_float64

@@ -1,6 +1,7 @@
 """A model against data that it was not fitted to: open loop, mean of step trials, closed loop."""
 
 from jaxmotor.validation._controller import controller_of as controller_of
+from jaxmotor.validation._drawn_motors import draw_motors as draw_motors
 from jaxmotor.validation._effects_loop import LoopOfMotors as LoopOfMotors
 from jaxmotor.validation._effects_loop import loop_of_motors as loop_of_motors
 from jaxmotor.validation._json import to_json as to_json

@@ -9,7 +9,8 @@ import numpy as np
 from jaxmotor.estimate import Model, bucket
 from jaxmotor.recording import Recording
 from jaxmotor.validation._controller import Controller, compare_with_log, on_ticks
-from jaxmotor.validation._draws import alone, draw_motors, interval, psi_of, relative_root, spread
+from jaxmotor.validation._drawn_motors import draw_motors
+from jaxmotor.validation._draws import alone, interval, psi_of, relative_root, spread
 from jaxmotor.validation._effects_loop import Place, run_loops
 from jaxmotor.validation._loop_simulation import Sensor, simulate_loops
 from jaxmotor.validation._open_loop import initial_speed

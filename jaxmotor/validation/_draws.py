@@ -1,21 +1,16 @@
 """Motors as likely as the model's covariance says, and where 95 of 100 of what they do lies."""
 
-from collections.abc import Mapping
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Key
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.estimate import Model, motor_of
-from jaxmotor.motor import AbstractEffect, Motor, SecondOrder
-from jaxmotor.motor.effects import parameters
+from jaxmotor.estimate import Model
+from jaxmotor.motor import SecondOrder
 from jaxmotor.validation._validation import Interval
 
 SHARE = 0.95
-MOST = 3
-"""Parameters that an effect has."""
 
 
 def psi_of(model: Model) -> np.ndarray:
@@ -50,38 +45,6 @@ def draw_psi(
     moved = jax.random.normal(key, (number, root.shape[0]), psi.dtype).at[0].set(0.0) @ root.T
     factor = jnp.exp(moved[:, :1])
     return jnp.concatenate([psi[None, :2] * factor, psi[None, 2:] + moved[:, 1:]], axis=1)
-
-
-def draw_motors(model: Model, number: int, key: Key[Array, ""]) -> Motor:
-    """The motor of `model` with its effects, then motors around it, as one whose leaves are (number,).
-
-    A model file does not say how its effects go together, so each parameter is drawn by itself; one whose error is
-    not known keeps its value, as the rig's voltage offset and the viscous share do.
-    """
-    whole = model.whole
-    of_linear, of_effects = jax.random.split(key)
-    psi = draw_psi(jnp.asarray(psi_of(model)), jnp.asarray(relative_root(model)), number, of_linear)
-    errors = {effect.name: error for effect, error in zip(model.effects, model.effect_errors, strict=False)}
-    normal = jax.random.normal(of_effects, (number, len(whole.effects), MOST), psi.dtype).at[0].set(0.0)
-
-    def draw(psi: Float[Array, " p"], normal: Float[Array, "effect m"]) -> Motor:
-        effects = (_moved(one, errors.get(one.name, {}), by) for one, by in zip(whole.effects, normal, strict=True))
-        return Motor(motor_of(psi), tuple(effects), jnp.asarray(whole.viscous_share))
-
-    return jax.vmap(draw)(psi, normal)
-
-
-def _moved(effect: AbstractEffect, errors: Mapping[str, float], normal: Float[Array, " m"]) -> AbstractEffect:
-    """`effect` with each parameter so many of its standard errors off."""
-    values = {}
-    for (name, about), by in zip(parameters(effect).items(), normal, strict=False):
-        value, error = float(getattr(effect, name)), float(np.nan_to_num(errors.get(name, 0.0)))
-        if about["kind"] == "positive":
-            # What is hardly known is not drawn from beyond its own size.
-            values[name] = value * jnp.exp(by * min(error / value if value else 0.0, 1.0))
-        else:
-            values[name] = value + error * by
-    return type(effect)(**values)
 
 
 def spread(draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,7 +13,8 @@ from jaxmotor._programs import Arrays, program
 from jaxmotor.estimate import Model, Packed, Problem, as_problem
 from jaxmotor.motor import Motor, Rows, Run, simulate_motor, steps_for
 from jaxmotor.recording import Recording
-from jaxmotor.validation._draws import draw_motors, psi_of
+from jaxmotor.validation._drawn_motors import draw_motors
+from jaxmotor.validation._draws import psi_of
 from jaxmotor.validation._follow import follow
 from jaxmotor.validation._shaft import bridge_supply, shaft_angles, warmth
 from jaxmotor.validation._trials import Trials, averaged

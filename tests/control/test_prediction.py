@@ -9,12 +9,12 @@ from jaxmotor import JaxmotorError
 from jaxmotor.control import (
     design_position_loop,
     design_speed_loop,
-    draw_motors,
     measure_step,
     position_controller,
     predict_step,
     speed_controller,
 )
+from jaxmotor.validation import draw_motors
 
 PAPER = 0.4
 """The paper's gain [V s/rad]."""

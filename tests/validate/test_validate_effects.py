@@ -12,12 +12,11 @@ from rigs import Rig, closed_loop, model, open_loop, recording, step
 
 from jaxmotor._precision import in_float64, to_numpy
 from jaxmotor.cli import main
-from jaxmotor.estimate import Model, model_to_json, read_model
+from jaxmotor.estimate import Joint, Model, model_to_json, read_model
 from jaxmotor.motor import EFFECTS, linear_motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.recording import write
-from jaxmotor.validation import validate
-from jaxmotor.validation._draws import draw_motors
+from jaxmotor.validation import draw_motors, validate
 
 ELSEWHERE = 1.3
 """By which the zero of the model's angle is another than the recording's [rad]."""
@@ -191,3 +190,51 @@ def test_motors_are_drawn_as_their_errors_say():
     assert friction[1:].std() == pytest.approx(0.01, rel=0.05)
     assert np.asarray(drawn.linear.pole).std() == pytest.approx(0.05, rel=0.05)
     assert (load == -0.1).all() and (offset == 0.02).all()
+
+
+def known_together(correlation):
+    """A gain and a friction whose errors go together."""
+    known = dataclasses.replace(
+        model(errors=(0.3, 0.05)),
+        effects=(effect_of("coulomb_friction", volts_V=1.0),),
+        effect_errors=({"volts_V": 0.1},),
+    )
+    covariance = np.diag(np.square([0.3, 0.05, 0.1]))
+    covariance[0, 2] = covariance[2, 0] = correlation * 0.3 * 0.1
+    names = ("gain_rad_s_V", "pole_rad_s", "coulomb_friction.volts_V")
+    return known, dataclasses.replace(known, joint=Joint(names, covariance))
+
+
+@in_float64
+def test_what_is_known_together_is_drawn_together():
+    alone, together = (draw_motors(each, 4000, jax.random.key(0)) for each in known_together(0.98))
+    for drawn, correlation in ((alone, 0.0), (together, 0.98)):
+        gain, friction = np.asarray(drawn.linear.gain), np.asarray(drawn.effects[0].volts_V)
+        assert gain[0] == 11.0 and friction[0] == 1.0
+        assert gain.std() == pytest.approx(0.3, rel=0.05)
+        # Drawn in the logarithm: 1 V times exp(N(0, 0.1)).
+        logarithm = np.log(friction[1:])
+        assert logarithm.std() == pytest.approx(0.1, rel=0.05)
+        assert np.corrcoef(gain[1:], logarithm)[0, 1] == pytest.approx(correlation, abs=0.05)
+    less = draw_motors(dataclasses.replace(known_together(0.98)[1], effects=()), 4000, jax.random.key(0))
+    assert less.effects == () and np.asarray(less.linear.gain).std() == pytest.approx(0.3, rel=0.05)
+
+
+def test_bands_hold_what_goes_together():
+    """The speed K (u - v) is known better than gain and friction where their errors make up for each other."""
+    rec = recording(open_loop(Rig(encoder=0.1), step(5.1)), closed_loop(Rig(), 150, 37.7, 0.4))
+    widths = []
+    for correlation in (0.98, -0.98):
+        alone, together = known_together(correlation)
+        for known in (alone, together):
+            result = validate(known, rec, simulations=256)
+            [loop], [steps] = result.closed_loop, result.steps
+            bands = (steps.final_speed_rad_s.predicted, loop.steady_error_rad_s.predicted)
+            widths.append([band.high - band.low for band in bands])
+    (alone, helped), (same, hurt) = np.array(widths).reshape(2, 2, 2)
+    np.testing.assert_allclose(alone, same, rtol=1e-9)
+    volts = round(5.1 / 7.4 * 255) / 255 * 7.4
+    parts = np.array([0.3 * (volts - 1.0), 11.0 * 0.1])
+    said = [3.92 * np.sqrt(parts @ parts - 2 * rho * parts.prod()) for rho in (0.98, 0.0, -0.98)]
+    assert [helped[0], alone[0], hurt[0]] == pytest.approx(said, rel=0.2)
+    assert helped[1] < 0.8 * alone[1] < 0.8 * hurt[1]
