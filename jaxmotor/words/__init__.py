@@ -13,6 +13,7 @@ from jaxmotor.words._findings import may_be as may_be
 from jaxmotor.words._findings import nothing_left as nothing_left
 from jaxmotor.words._findings import of_rounding as of_rounding
 from jaxmotor.words._findings import seen_in as seen_in
+from jaxmotor.words._numbers import as_known as as_known
 from jaxmotor.words._numbers import between as between
 from jaxmotor.words._numbers import bracket as bracket
 from jaxmotor.words._numbers import plainly as plainly

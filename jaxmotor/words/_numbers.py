@@ -14,6 +14,14 @@ def with_error(value: float, error: float, unit: str) -> str:
     return f"{value:.{digits}f} ± {half:.{digits}f} {unit}".rstrip()
 
 
+def as_known(value: float, error: float, unit: str) -> str:
+    """`value unit` with as many digits as `between` gives its limits."""
+    half = 1.96 * error
+    if not math.isfinite(half) or half <= 0 or half < 1e-12 * abs(value):
+        return f"{value:.6g} {unit}".rstrip()
+    return f"{value:.{max(0, 1 - math.floor(math.log10(half)))}f} {unit}".rstrip()
+
+
 def between(value: float, error: float, unit: str) -> str:
     """The 95 % interval of `value`."""
     half = 1.96 * error

@@ -16,7 +16,7 @@ from jaxmotor.present.report._plot import Panel, dots, legend, level, line, plot
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import Recording, ranges
-from jaxmotor.words import LOOP, between, bracket, capital, floor, loop_of, named, plainly, scaled
+from jaxmotor.words import LOOP, as_known, between, bracket, capital, floor, loop_of, named, plainly, scaled
 
 MOST_ROWS = 500
 MOST_LOOPS = 2
@@ -51,7 +51,7 @@ class _Part(NamedTuple):
         if not self.value and not math.isfinite(self.error):
             return ["not fitted", ""]
         value, error = factor * self.value, factor * self.error
-        return [number(self.value, f"{name}.{self.key}", f"{value:.5g} {unit}"), between(value, error, unit)]
+        return [number(self.value, f"{name}.{self.key}", as_known(value, error, unit)), between(value, error, unit)]
 
 
 def model_section(story: Story) -> Content:
@@ -60,7 +60,7 @@ def model_section(story: Story) -> Content:
     rows = []
     for key, (name, _, _) in LINEAR.items():
         alone, beside = _alone(diagnosis, key), _beside(diagnosis, key)
-        if max(alone.value, beside.value) <= SMALLEST.get(key, -1.0):
+        if max(alone.value, beside.value) <= SMALLEST.get(key, -math.inf):
             continue
         rows.append([name, *alone.cells("fit"), *(beside.cells("model") if diagnosis.effects else [])])
     head = ["", "linear motor", "95 % interval"]
@@ -93,11 +93,10 @@ def _effects(diagnosis: Diagnosis) -> list[list[Content]]:
     rows: list[list[Content]] = []
     for found in diagnosis.effects:
         for name, about in parameters(found.effect).items():
-            value = found.parameters[name]
-            factor, unit = scaled(about, value)
-            interval = between(factor * value, factor * found.standard_error[name], unit)
+            factor, unit = scaled(about, found.parameters[name])
+            known = (factor * found.parameters[name], factor * found.standard_error[name], unit)
             title = f"{named(found.name)}, {named(name.rpartition('_')[0] or name)}"
-            rows.append([title, "none", "", f"{factor * value:.4g} {unit}".rstrip(), interval])
+            rows.append([title, "none", "", as_known(*known), between(*known)])
     return rows
 
 

@@ -11,7 +11,7 @@ from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import WIDTH, legend
 from jaxmotor.present.report._scale import Scale, tick_text
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import between, capital, floor, looks_like, named, plainly, scaled, sentence
+from jaxmotor.words import as_known, between, capital, floor, looks_like, named, plainly, scaled, sentence
 
 NAMES, ROW = 250.0, 24.0
 """Room for the bars' names, and the height of a bar's row, in the drawing."""
@@ -66,7 +66,7 @@ def _drift(diagnosis: Diagnosis) -> str:
 def _parameter(found: FoundEffect, name: str, place: int) -> list[Content]:
     value, error = found.parameters[name], found.standard_error[name]
     factor, unit = scaled(parameters(found.effect)[name], value)
-    shown = number(value, f"effects.{place}.parameters.{name}", f"{factor * value:.4g} {unit}".rstrip())
+    shown = number(value, f"effects.{place}.parameters.{name}", as_known(factor * value, factor * error, unit))
     doubt = ", not determined by this recording" if name in found.unknown else ""
     return [element("code", name), shown, between(factor * value, factor * error, unit) + doubt]
 

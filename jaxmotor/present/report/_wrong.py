@@ -63,7 +63,8 @@ def _seen(diagnosis: Diagnosis) -> Content:
         return paragraph(f"{capital(nothing_left())}.")
     if not telling:
         return paragraph("None of the coordinates explains more of it than chance.")
-    return bullets(seen_in(look) for look in telling[:3])
+    overlap = "Shares overlap where what they depend on goes together, as voltage and speed do."
+    return [bullets(seen_in(look) for look in telling[:3]), paragraph(overlap) if len(telling) > 1 else None]
 
 
 def _drawing(diagnosis: Diagnosis) -> Html:
