@@ -24,6 +24,7 @@ class Format(StrEnum):
     c = "c"
     wpilib = "wpilib"
     mujoco = "mujoco"
+    spice = "spice"
 
 
 class Kind(StrEnum):
@@ -35,7 +36,7 @@ class Kind(StrEnum):
 
 def export_command(
     model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="Model that identify wrote.")],
-    to: Annotated[Format, typer.Option("--to", help="python-control file, JSON, C header, WPILib gains, MuJoCo XML.")],
+    to: Annotated[Format, typer.Option("--to", help="python-control, JSON, C header, WPILib, MuJoCo, SPICE.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write here instead of to the screen.")
     ] = None,
@@ -57,9 +58,12 @@ def export_command(
     inertia: Annotated[
         float | None, typer.Option(metavar="KGM2", help="At the output shaft, for MuJoCo; voltage does not show it.")
     ] = None,
+    resistance: Annotated[
+        float | None, typer.Option(metavar="OHM", help="Of the winding, for SPICE; voltage does not show it.")
+    ] = None,
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For WPILib's gains in metres.")] = None,
 ) -> None:
-    """Write a model for python-control, C, WPILib or MuJoCo, with controllers designed from it."""
+    """Write a model for python-control, C, WPILib, MuJoCo or SPICE, with controllers designed from it."""
     from jaxmotor.cli._runtime import prepare_jax
 
     prepare_jax()
@@ -88,6 +92,8 @@ def export_command(
         text = exports.to_python(motor, rig)
     elif to is Format.wpilib:
         text = exports.to_wpilib(motor, wheel_radius)
+    elif to is Format.spice:
+        text = exports.to_spice(motor, resistance_ohm=resistance)
     else:
         text = exports.to_mujoco(motor, inertia_kgm2=inertia, supply_V=supply)
     if output is None:

@@ -25,7 +25,7 @@ def file(tmp_path):
     return path
 
 
-@pytest.mark.parametrize("to", ["control", "json", "c", "wpilib", "mujoco"])
+@pytest.mark.parametrize("to", ["control", "json", "c", "wpilib", "mujoco", "spice"])
 def test_every_format_is_written_and_says_what_it_leaves_out(file, tmp_path, capsys, to):
     out = tmp_path / f"out.{to}"
     assert main(["export", str(file), "--to", to, *RIG, "-o", str(out)]) == 0
@@ -48,6 +48,7 @@ def test_every_format_is_written_and_says_what_it_leaves_out(file, tmp_path, cap
         (["--to", "json", "--counts-per-rev", "-1", "--supply", "7"], "counts_per_rev = -1"),
         (["--to", "wpilib", "--wheel-radius", "0"], "wheel radius"),
         (["--to", "mujoco", "--inertia", "-1"], "inertia = -1"),
+        (["--to", "spice", "--resistance", "-1"], "resistance = -1"),
     ],
 )
 def test_what_cannot_be_is_one_sentence(file, tmp_path, capsys, options, sentence):

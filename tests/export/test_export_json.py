@@ -1,5 +1,6 @@
 """The JSON export against its schema."""
 
+import dataclasses
 import json
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import pytest
 from cases import HARDWARE, made
 
 from jaxmotor.control import sampled_motor
+from jaxmotor.estimate import Joint
 from jaxmotor.present.exports import design, to_export_json
 
 SCHEMA = json.loads((Path(__file__).parents[2] / "docs" / "export.schema.json").read_text())
@@ -32,6 +34,14 @@ def test_it_fits_the_schema(valid, lag, with_rig, effects):
     assert (content["speed_loop"] is not None) is with_rig
     assert list(valid.iter_errors({**content, "format": 2}))
     assert list(valid.iter_errors({key: value for key, value in content.items() if key != "model"}))
+
+
+def test_what_a_diagnosis_adds_fits_the_schema(valid):
+    joint = Joint(("gain_rad_s_V", "pole_rad_s", "coulomb_friction.volts_V"), np.diag([1e-3, 0.4, 1e-4]))
+    model = dataclasses.replace(made(*EFFECTS), joint=joint, viscous_share=0.05)
+    content = json.loads(to_export_json(model))
+    assert content["joint_covariance"]["names"][2] == "coulomb_friction.volts_V"
+    assert list(valid.iter_errors(content)) == []
 
 
 def test_the_numbers_are_the_designs(valid):

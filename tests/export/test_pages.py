@@ -16,8 +16,12 @@ from jaxmotor.estimate import model_to_json
 DOCS = Path(__file__).parents[2] / "docs"
 
 
+def blocks(page, language):
+    return re.findall(f"```{language}\n(.*?)```", (DOCS / page).read_text(), re.DOTALL)
+
+
 def block(page, language):
-    return re.search(f"```{language}\n(.*?)```", (DOCS / page).read_text(), re.DOTALL)[1]
+    return blocks(page, language)[0]
 
 
 @pytest.fixture
@@ -57,6 +61,18 @@ def test_the_export_page_in_c(folder):
 
 
 def test_the_export_page_in_json(folder):
-    content = model_to_json(made()) | json.loads("{" + block("export.md", "json") + "}")
+    content = model_to_json(made()) | json.loads("{" + ",".join(blocks("export.md", "json")) + "}")
     (folder / "results" / "motor.json").write_text(json.dumps(content))
-    assert float(jm.read_model(folder / "results" / "motor.json").effects[0].volts_V) == 0.31
+    model = jm.read_model(folder / "results" / "motor.json")
+    assert float(model.effects[0].volts_V) == 0.31
+    assert model.joint is not None and model.joint.names[2] == "coulomb_friction.volts_V"
+
+
+@pytest.mark.skipif(not shutil.which("ngspice"), reason="ngspice is not installed; apt install ngspice")
+def test_the_export_page_in_spice(folder):
+    assert main(["export", "results/motor.json", "--to", "spice", "--resistance", "4.5", "-o", "motor.lib"]) == 0
+    text = block("export.md", "text") + ".print tran v(speed)\n.end\n"
+    (folder / "page.cir").write_text("title\n" + text)
+    done = subprocess.run(["ngspice", "-b", "page.cir"], check=False, capture_output=True, text=True)
+    last = [line.split() for line in done.stdout.splitlines() if re.match(r"\d+\t", line)][-1]
+    assert float(last[2]) == pytest.approx(10.6 * (5 - 0.31), rel=1e-3), done.stdout[-2000:] + done.stderr

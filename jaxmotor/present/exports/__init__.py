@@ -9,4 +9,5 @@ from jaxmotor.present.exports._mujoco import to_mujoco as to_mujoco
 from jaxmotor.present.exports._python_control import ControlMotor as ControlMotor
 from jaxmotor.present.exports._python_control import to_control as to_control
 from jaxmotor.present.exports._python_control import to_python as to_python
+from jaxmotor.present.exports._spice import to_spice as to_spice
 from jaxmotor.present.exports._wpilib import to_wpilib as to_wpilib

@@ -15,6 +15,7 @@ CARRIED = {
         "dead_zone",
     },
     "wpilib": {"coulomb_friction", "dead_zone"},
+    "spice": {"electrical_pole", "coulomb_friction", "quadratic_drag", "load_torque", "voltage_offset"},
     "mujoco": {"coulomb_friction", "voltage_saturation", "electrical_pole", "load_torque", "voltage_offset"},
 }
 """Effects by the formats that have a place for them; `json` has for all."""
@@ -22,6 +23,7 @@ PARTLY = {
     ("c", "stiction"): "stiction: compensated is the friction while turning, not the larger one at rest",
     ("mujoco", "stiction"): "stiction: MuJoCo's frictionloss is the friction while turning, not the larger one at rest",
     ("control", "transport_delay"): "transport_delay: in `sampled` only; G(s) is without it",
+    ("spice", "stiction"): "stiction: held is the friction while turning, not the larger one at rest",
     ("wpilib", "stiction"): "stiction: kS is the friction while turning, not the larger one at rest",
     ("c", "sensor_lag"): "sensor_lag: the loops' gains take it as a delay of its time constant, the estimator too",
 }
