@@ -4,7 +4,7 @@ import shlex
 import subprocess
 
 import pytest
-from pages import DOCS, blocks, name
+from pages import DOCS, ROOT, blocks, name
 
 from jaxmotor.bench._emulator import PACKAGES, find_or_build, missing_tools
 from jaxmotor.cli import main
@@ -39,6 +39,16 @@ def test_the_commands_of_the_page(folder, capsys):
                 assert is_said(shown, said), f"{name(PAGE)}: {shown}"
     assert answers >= 5
     assert {"results", "motor.h", "simulated.csv"} <= {path.name for path in folder.iterdir()}
+
+
+def test_the_commands_of_the_first_page_to_read(folder, capsys):
+    """README's, but for those that install."""
+    [block] = [block.text for block in blocks(ROOT / "README.md") if block.language == "bash"]
+    lines = block.splitlines()
+    assert lines[1:3] == ["make demo", ". .venv/bin/activate"] and set(PACKAGES.split()) <= set(lines[0].split())
+    said = "".join(run(line, capsys) for line in lines[3:])
+    assert "coulomb_friction: dry friction takes" in said
+    assert {"motor.json", "motor-extended.json", "motor.html"} <= {path.name for path in (folder / "results").iterdir()}
 
 
 def run(line: str, capsys) -> str:

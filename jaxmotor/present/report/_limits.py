@@ -24,6 +24,11 @@ def limits_section(story: Story) -> Content:
         "From voltage and shaft alone, gain and pole are known, but not resistance, torque constant and inertia one by "
         "one: motors in which these differ together move alike. Torques are given as the voltage that overcomes them."
     ]  # fmt: skip
+    if recording.duty_full_scale is not None and recording.supply_V is not None:
+        limits.append(
+            f"Volts are duties times the supply of {recording.supply_V:.4g} V that the recording states: if that is 1 "
+            "% too low, the gain is 1 % too high, and volts are 1 % too low. No interval here includes it."
+        )
     for found in diagnosis.effects:
         limits += [
             f"{named(found.name)}: {name} is not determined by this recording; its error is more than half of it"
