@@ -1,6 +1,7 @@
 """A fleet's results, with hostile names, as a page."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -167,6 +168,24 @@ def test_other_parquet_is_one_sentence(tmp_path, capsys):
     (tmp_path / "x.parquet").write_bytes(b"PAR1 not really")
     assert main(["report", str(tmp_path / "x.parquet"), "-o", str(tmp_path / "out")]) == 1
     assert "holds no results" in capsys.readouterr().err and not (tmp_path / "out" / "x.html").exists()
+
+
+@pytest.mark.parametrize("error", [4.0, 400.0])
+def test_intervals_stay_in_their_plot(tmp_path, error):
+    """Pole intervals that reach beyond the motors, and one that is much wider than the rest."""
+    made = rows(False)
+    for row in made:
+        if row["pole_standard_error_rad_s"] is not None:
+            row["pole_standard_error_rad_s"] = 4.0
+    made[3]["pole_standard_error_rad_s"] = error
+    write_rows(made, tmp_path / "r.parquet", {})
+    text = write_fleet_page(tmp_path / "r.parquet", tmp_path).read_text()
+    [drawn] = [path for path in re.findall(r'<path d="([^"]*)" class="grey"', text) if path.count("V") > 10]
+    ends = np.array([[float(a), float(b)] for a, b in re.findall(r"M\S+ (\S+?)V([^M]+)", drawn)])
+    [top, height] = json.loads(re.search(r'"box":\s*\[[^,]*,([^,]*),[^,]*,([^\]]*)\]', text).expand(r"[\1,\2]"))
+    assert len(ends) == 39 and ends.min() >= top - 0.1 and ends.max() <= top + height + 0.1
+    dots = np.array([float(y) for y in re.findall(r"M\S+ (\S+?)h0", text)])
+    assert np.ptp(dots) > 0.2 * height
 
 
 def test_a_large_fleet_stays_small(tmp_path):

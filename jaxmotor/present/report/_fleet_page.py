@@ -94,6 +94,8 @@ def _spread(found: Population | None, why_not: str) -> Content:
         rows.append([COLUMNS[name][0], number(middle, f"population.{name}", shown), wide])
     head = ("", "middle ± 95 %", "standard deviation between motors")
     text = "The spread is that of the motors themselves: what the errors of their estimates add to it is taken out."
+    if "coulomb_friction_V" in found.names:
+        text += " Gain and pole are those of the linear motor, which friction shifts: it lowers the gain."
     return [paragraph(text), table("Spread between motors", head, rows), _same(found), population_plot(found)]
 
 

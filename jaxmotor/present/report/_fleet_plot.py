@@ -38,7 +38,9 @@ def _pair(population: Population, up: int) -> Panel:
         values.append(curve)
     if len(points) <= MOST_BARS:
         error = 1.96 * np.sqrt(population.errors[:, up, up]) * (points[:, up] if population.logarithmic[up] else 1.0)
-        marks.append(bars(points[:, 0], points[:, up] - error, points[:, up] + error, "grey"))
+        ends = _within(np.stack([points[:, up] - error, points[:, up] + error]), np.concatenate(values)[:, 1])
+        marks.append(bars(points[:, 0], *ends, "grey"))
+        values += [np.stack([points[:, 0], end], axis=1) for end in ends]
     for rows, look, name in (
         (drawn[~outside[drawn]], "dot blue", "motor"),
         (drawn[outside[drawn]], "dot red", "does not belong:"),
@@ -48,6 +50,12 @@ def _pair(population: Population, up: int) -> Panel:
     across, upward = np.concatenate(values).T
     x, y = Scale.of(across, LABELS[population.names[0]]), Scale.of(upward, LABELS[population.names[up]])
     return Panel(x, y, marks, 320.0, nearest="point")
+
+
+def _within(ends: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """`ends` of bars, none so long that it would dwarf the `values`."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    return np.clip(ends, low - (high - low) / 2, high + (high - low) / 2)
 
 
 def _ellipse(population: Population, up: int, square: float) -> np.ndarray:
