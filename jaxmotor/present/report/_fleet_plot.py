@@ -39,7 +39,7 @@ def _pair(population: Population, up: int) -> Panel:
     if len(points) <= MOST_BARS:
         error = 1.96 * np.sqrt(population.errors[:, up, up]) * (points[:, up] if population.logarithmic[up] else 1.0)
         ends = _within(np.stack([points[:, up] - error, points[:, up] + error]), np.concatenate(values)[:, 1])
-        marks.append(bars(points[:, 0], *ends, "grey"))
+        marks.append(bars(points[:, 0], ends[0], ends[1], "grey"))
         values += [np.stack([points[:, 0], end], axis=1) for end in ends]
     for rows, look, name in (
         (drawn[~outside[drawn]], "dot blue", "motor"),
