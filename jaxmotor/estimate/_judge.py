@@ -1,5 +1,6 @@
 """Which standard errors to state, and whether the recording determines the motor at all."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -117,9 +118,16 @@ def _wide(psi: np.ndarray, covariance: np.ndarray) -> list[str]:
 
 def student_t(freedom: float, probability: float = 0.975) -> float:
     """Quantile of Student's t, by integrating cos^(ν-1) φ with t = √ν tan φ; good to 1e-4 for ν from 1 to 1e4."""
-    angle = np.linspace(0.0, np.pi / 2, 20001)[:-1]
-    density = np.cos(angle) ** (freedom - 1)
+    angle, cosine = _angles()
+    density = cosine ** (freedom - 1)
     mass = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2)])
     rest = density[-1] / 2
     share = 0.5 + 0.5 * mass / (mass[-1] + rest)
     return float(np.sqrt(freedom) * np.tan(np.interp(probability, share, angle)))
+
+
+@functools.cache
+def _angles() -> tuple[np.ndarray, np.ndarray]:
+    """From 0 to just below a right angle, and their cosines."""
+    angle = np.linspace(0.0, np.pi / 2, 20001)[:-1]
+    return angle, np.cos(angle)

@@ -117,29 +117,31 @@ def pack(recording: Recording, segments: tuple[int, ...], room: Room | None = No
     lane_of, start_of, length = _place([_size(piece) for piece in pieces], room.lanes if room else None)
     shape = (room.lanes, _rows(room, length)) if room else (max(lane_of) + 1, bucket(length))
     number_of_pieces = max(_power_of_two(len(pieces)), room.pieces if room else 1)
+    blocks, number_of_blocks = _blocks(pieces)
+    clusters = _power_of_two(number_of_blocks)
     packed = Lanes(
         volts=np.zeros(shape),
         reset=np.zeros(shape, bool),
         free=np.zeros(shape),
-        duration=np.ones(shape),
+        duration=np.ones(shape) if recording.period_s is None else np.asarray(recording.period_s),
         observed=np.zeros(shape),
         valid=np.zeros(shape, bool),
         piece=np.full(shape, number_of_pieces, np.int32),
-        cluster=np.zeros(shape, np.int32),
+        cluster=np.full(shape, clusters, np.int32),
         back=np.zeros(shape, np.int32),
         part=np.zeros(shape),
     )
     segment_of, row_of, time_s = np.full(shape, -1), np.zeros(shape, int), np.zeros(shape)
     for number, (piece, lane, start) in enumerate(zip(pieces, lane_of, start_of, strict=True)):
         cells = (lane, slice(start, start + _size(piece)))
-        _fill(packed, cells, recording.segments[piece.segment], piece, observation)
+        segment = recording.segments[piece.segment]
+        _fill(packed, cells, segment, piece, observation)
+        rows = np.arange(piece.rows.start, piece.rows.stop)
         packed.piece[cells] = number
+        packed.cluster[cells] = blocks[piece.segment].of(rows)
         segment_of[cells] = piece.segment
-        row_of[cells] = np.arange(piece.rows.start, piece.rows.stop)
-        time_s[cells] = recording.segments[piece.segment].time_s[piece.rows]
-    clusters = _cluster(packed, segment_of, row_of)
-    if recording.period_s is not None:
-        packed = packed._replace(duration=np.asarray(recording.period_s))
+        row_of[cells] = rows
+        time_s[cells] = segment.time_s[piece.rows]
     return Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
 
 
@@ -148,11 +150,12 @@ def _fill(lanes: Lanes, cells: tuple[int, slice], segment: Segment, piece: Piece
     lanes.volts[cells] = segment.volts[rows]
     lanes.reset[cells[0], cells[1].start] = True
     lanes.free[cells[0], cells[1].start] = float(piece.free)
-    lanes.duration[cells] = np.diff(time, append=time[-1] + 1.0)
+    if lanes.duration.ndim:
+        lanes.duration[cells] = np.diff(time, append=time[-1] + 1.0)
     if observation.kind == "turn":
-        turned = _turned(segment, time, rows, observation.unit)
-        lanes.observed[cells] = np.append(turned, 0.0)
-        lanes.valid[cells] = np.append(np.ones(len(turned), bool), False)
+        all_but_last = (cells[0], slice(cells[1].start, cells[1].stop - 1))
+        lanes.observed[all_but_last] = _turned(segment, time, rows, observation.unit)
+        lanes.valid[all_but_last] = True
         return
     assert segment.speed_rad_s is not None
     lanes.observed[cells] = segment.speed_rad_s[rows] / observation.unit
@@ -166,7 +169,8 @@ def _fill(lanes: Lanes, cells: tuple[int, slice], segment: Segment, piece: Piece
 def _turned(segment: Segment, time: np.ndarray, rows: slice, unit: float) -> np.ndarray:
     """Turned from each row to the next [`unit` rad; counts are their own unit]."""
     if segment.count is not None:
-        return np.diff(segment.count[rows]).astype(float)
+        count = segment.count[rows]
+        return count[1:] - count[:-1]
     if segment.angle_rad is not None:
         return np.diff(segment.angle_rad[rows]) / unit
     assert segment.speed_rad_s is not None
@@ -182,10 +186,10 @@ def pieces_of(recording: Recording, index: int) -> list[Piece]:
     segment = recording.segments[index]
     first, free = 0, not segment.at_rest
     if segment.at_rest:
-        moved = np.flatnonzero(segment.volts != 0.0)
-        first = max(int(moved[0]) - 1, 0) if moved.size else 0
+        # The first that is not zero, or the first of all.
+        first = max(int(np.argmax(segment.volts != 0.0)) - 1, 0)
     breaks = [first]
-    if segment.tick is not None:
+    if segment.tick is not None and segment.tick[-1] - segment.tick[0] >= len(segment):
         breaks += [int(row) for row in np.flatnonzero(np.diff(segment.tick) > 1) + 1 if row > first]
     ends = [*breaks[1:], len(segment)]
     pieces = [Piece(index, slice(begin, end), free or begin > first) for begin, end in zip(breaks, ends, strict=True)]
@@ -224,20 +228,35 @@ def _power_of_two(size: int) -> int:
     return 1 << max(size - 1, 0).bit_length()
 
 
-def _cluster(lanes: Lanes, segment_of: np.ndarray, row_of: np.ndarray) -> int:
-    """Blocks of rows: whole segments if there are ten, else segments cut into equal parts of 20 rows up."""
-    used = np.unique(segment_of[segment_of >= 0])
-    parts = int(np.ceil(10 / len(used))) if len(used) < 10 else 1
-    number = 0
-    for segment in used:
-        cells = segment_of == segment
-        rows = row_of[cells]
-        cut = max(1, min(parts, len(rows) // 20))
-        order = (rows - rows.min()) * cut // (rows.max() - rows.min() + 1)
-        lanes.cluster[cells] = number + order
-        number += cut
-    lanes.cluster[segment_of < 0] = _power_of_two(number)
-    return _power_of_two(number)
+class _Blocks(NamedTuple):
+    """A segment cut into equal parts."""
+
+    number: int
+    """Of the first part."""
+    parts: int
+    first: int
+    """Row."""
+    rows: int
+
+    def of(self, rows: np.ndarray) -> np.ndarray:
+        """The part in which each of `rows` is."""
+        return self.number + (rows - self.first) * self.parts // self.rows
+
+
+def _blocks(pieces: list[Piece]) -> tuple[dict[int, _Blocks], int]:
+    """Blocks of rows, and their number: whole segments if there are ten, else segments cut into equal parts of 20 rows
+    up."""
+    used: dict[int, list[Piece]] = {}
+    for piece in sorted(pieces, key=lambda piece: piece.segment):
+        used.setdefault(piece.segment, []).append(piece)
+    most = -(-10 // len(used)) if len(used) < 10 else 1
+    blocks, number = {}, 0
+    for segment, own in used.items():
+        first, last = own[0].rows.start, own[-1].rows.stop
+        parts = max(1, min(most, sum(map(_size, own)) // 20))
+        blocks[segment] = _Blocks(number, parts, first, last - first)
+        number += parts
+    return blocks, number
 
 
 def _observation(recording: Recording, segments: tuple[int, ...]) -> Observation:

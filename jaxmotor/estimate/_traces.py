@@ -1,5 +1,7 @@
 """Measured and simulated motion, row by row, and the scores of a free simulation."""
 
+import itertools
+
 import numpy as np
 
 from jaxmotor.estimate._fit import Trace
@@ -12,19 +14,21 @@ LEAST = 0.02
 def traces_of(packed: Packed, residual: np.ndarray) -> tuple[Trace, ...]:
     """One trace for each segment of `packed`; `residual` (lane, row) is measured minus simulated [units]."""
     lanes, observation = packed.lanes, packed.observation
-    duration = np.broadcast_to(lanes.duration, lanes.volts.shape)
-    per_second = (
-        observation.unit / duration if observation.kind == "turn" else np.full(duration.shape, observation.unit)
+    cells = np.nonzero(lanes.valid)
+    order = np.lexsort((packed.row_of[cells], packed.segment_of[cells]))
+    cells = tuple(axis[order] for axis in cells)
+    segment, time = packed.segment_of[cells], packed.time_s[cells]
+    per_second = observation.unit
+    if observation.kind == "turn":
+        per_second = observation.unit / np.broadcast_to(lanes.duration, lanes.volts.shape)[cells]
+    measured = lanes.observed[cells] * per_second
+    simulated = measured - residual[cells] * per_second
+    bounds = [0, *(np.flatnonzero(segment[1:] != segment[:-1]) + 1).tolist(), len(segment)]
+    return tuple(
+        Trace(int(segment[begin]), time[begin:end], measured[begin:end], simulated[begin:end])
+        for begin, end in itertools.pairwise(bounds)
+        if end > begin
     )
-    traces = []
-    for segment in np.unique(packed.segment_of[lanes.valid]):
-        cells = np.nonzero((packed.segment_of == segment) & lanes.valid)
-        order = np.argsort(packed.row_of[cells], kind="stable")
-        cells = tuple(axis[order] for axis in cells)
-        measured = lanes.observed[cells] * per_second[cells]
-        simulated = measured - residual[cells] * per_second[cells]
-        traces.append(Trace(int(segment), packed.time_s[cells], measured, simulated))
-    return tuple(traces)
 
 
 def fit_percent(traces: tuple[Trace, ...]) -> float:

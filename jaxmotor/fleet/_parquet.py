@@ -191,13 +191,22 @@ def _runs(opened: Any, cut: Cut, names: list[str]) -> Iterator[tuple[str, dict[s
     groups = opened.metadata.num_row_groups
     for group in range(cut.first, groups):
         for batch in opened.iter_batches(ROWS_AT_ONCE, row_groups=[group], columns=["motor", *names]):
-            motor = np.array(batch.column("motor").to_pylist(), dtype=object)
-            bounds = [0, *(np.flatnonzero(motor[1:] != motor[:-1]) + 1).tolist(), len(motor)]
+            motor = batch.column("motor")
+            code = _codes(motor)
+            bounds = [0, *(np.flatnonzero(code[1:] != code[:-1]) + 1).tolist(), len(code)]
             columns = {name: batch.column(name).to_numpy(zero_copy_only=False) for name in names}
             for begin, end in itertools.pairwise(bounds):
                 if end > begin:
                     rows = {name: column[begin:end] for name, column in columns.items()}
-                    yield _shown_name(motor[begin]), rows, group >= cut.last
+                    yield _shown_name(motor[begin].as_py()), rows, group >= cut.last
+
+
+def _codes(names: Any) -> np.ndarray:
+    """Numbers, equal where the `names` are."""
+    arrow = needs("pyarrow")
+    if arrow.types.is_nested(names.type):
+        names = arrow.array(map(str, names.to_pylist()))
+    return names.dictionary_encode().indices.fill_null(-1).to_numpy()
 
 
 def _shown_name(motor: Any) -> str:

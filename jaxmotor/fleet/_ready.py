@@ -91,17 +91,18 @@ def stack(motors: list[Ready], size: int) -> dict[str, np.ndarray]:
 
 def _lane_arrays(prepared: Prepared, key: Key) -> dict[str, np.ndarray]:
     packed = prepared.packed
-    missing = key.lanes[0] - packed.lanes.volts.shape[0]
+    lanes = packed.lanes._replace(
+        piece=np.where(packed.lanes.piece == packed.pieces, key.pieces, packed.lanes.piece),
+        cluster=np.where(packed.lanes.cluster == packed.clusters, key.clusters, packed.lanes.cluster),
+    )
     # Rows that hold nothing name the piece and the cluster after the last.
-    empty: dict[str, Any] = {"piece": key.pieces, "cluster": key.clusters, "duration": 1.0}
+    empty = {"piece": key.pieces, "cluster": key.clusters, "duration": 1.0}
     arrays = {}
-    for name, array in packed.lanes._asdict().items():
-        if name == "piece":
-            array = np.where(array == packed.pieces, key.pieces, array)
-        if name == "cluster":
-            array = np.where(array == packed.clusters, key.clusters, array)
+    for name, array in lanes._asdict().items():
         if array.ndim:
-            array = np.pad(array, ((0, missing), (0, 0)), constant_values=empty.get(name, 0))
+            whole = np.full(key.lanes, empty.get(name, 0), array.dtype)
+            whole[: len(array)] = array
+            array = whole
         arrays[name] = array
     about = {"unit": packed.observation.unit, "window": packed.observation.window_s}
     return arrays | {name: np.asarray(value, float) for name, value in about.items()}

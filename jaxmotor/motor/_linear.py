@@ -12,15 +12,17 @@ voltage and speed cannot separate from τ and a.)
 """
 
 import abc
+import functools
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Complex, Float
 
-from jaxmotor._precision import in_float64, to_jax, to_numpy
+from jaxmotor._precision import to_jax
 
 
 class Hold(NamedTuple):
@@ -139,14 +141,20 @@ class SecondOrder(AbstractLinearMotor):
         return gain * pole / (tau * s**2 + s + pole)
 
 
-@in_float64
 def linear_motor(values: Iterable[float]) -> FirstOrder | SecondOrder:
     """The motor whose gain [rad/s/V], pole [rad/s] and, if given, electrical time constant [s] are `values`.
 
     Its leaves are numpy's, so that it keeps its 64 bits wherever it goes.
     """
-    numbers = to_jax([float(value) for value in values])
-    return to_numpy(FirstOrder(*numbers) if len(numbers) == 2 else SecondOrder(*numbers))
+    numbers = [np.asarray(value, np.float64) for value in values]
+    return jax.tree.unflatten(_tree(len(numbers)), numbers)
+
+
+@functools.cache
+def _tree(size: int) -> Any:
+    """How a motor of `size` parameters is put together."""
+    ones = to_jax([1.0] * size)
+    return jax.tree.structure(FirstOrder(*ones) if size == 2 else SecondOrder(*ones))
 
 
 def _damped_pair(

@@ -1,5 +1,6 @@
 """What the data themselves tell: errors for the impossible, warnings for what weakens an estimate."""
 
+import functools
 from fractions import Fraction
 
 import numpy as np
@@ -204,7 +205,13 @@ def _repeats_after(recording: Recording, segment: Segment, frequency_Hz: float) 
     rows = len(segment)
     if recording.period_s is None or rows < 6:
         return 0
-    turns = Fraction(frequency_Hz * recording.period_s)
+    return _repeating(frequency_Hz * recording.period_s, rows)
+
+
+@functools.lru_cache(maxsize=256)
+def _repeating(turns_per_row: float, rows: int) -> int:
+    # Recordings of many motors share their sines.
+    turns = Fraction(turns_per_row)
     ratio = turns.limit_denominator(min(rows // 3, 400))
     return ratio.denominator if abs(turns - ratio) * rows < 1e-6 else 0
 

@@ -28,56 +28,56 @@ def check_jumps(recording: Recording) -> None:
     """**Raises:** `RecordingError` for a count or angle that jumps by more than the motor could move."""
     if recording.measured == "speed":
         return
-    motions = [_motion(recording, segment) for segment in recording.segments]
-    usual = float(np.quantile(np.abs(np.concatenate(motions)), 0.99)) if any(map(len, motions)) else 0.0
-    for index, (segment, motion) in enumerate(zip(recording.segments, motions, strict=True)):
-        around = _around(motion)
-        isolated = np.abs(motion) > FACTOR * around
-        if recording.measured == "count":
-            _check_counts(
-                recording,
-                index,
-                isolated,
-                around,
-                isolated & (np.abs(motion) > FACTOR * usual) & ~_pulsed(segment.volts),
-            )
-        else:
-            _check_turns(recording, index, segment, isolated)
+    # One pass over all segments: from the last row of one to the first of the next is no motion, but a border.
+    ends = np.cumsum([len(segment) for segment in recording.segments]).tolist()
+    borders = np.array(ends[:-1], int) - 1
+    jump = np.diff(np.concatenate([_shaft(segment) for segment in recording.segments]))
+    motion = jump / np.maximum(_elapsed(recording, ends), 1.0)
+    motion[borders] = np.inf
+    around = _around(motion)
+    isolated = np.abs(motion) > FACTOR * around
+    isolated[borders] = False
+    if recording.measured == "angle":
+        suspect = isolated & (np.abs(np.abs(jump) - 2 * np.pi) < 0.2 * np.pi)
+    else:
+        suspect = isolated & (np.abs(jump) > LEAST)
+    if not suspect.any():
+        return
+    usual = float(np.quantile(np.abs(np.delete(motion, borders)), 0.99))
+    for index, (segment, end) in enumerate(zip(recording.segments, ends, strict=True)):
+        rows = slice(end - len(segment), end - 1)
+        if not suspect[rows].any():
+            continue
+        if recording.measured == "angle":
+            raise _one_turn(recording, index, int(np.argmax(suspect[rows])))
+        large = suspect[rows] & (np.abs(motion[rows]) > FACTOR * usual) & ~_pulsed(segment.volts)
+        _check_counts(recording, index, jump[rows], suspect[rows], around[rows], large)
 
 
 def _check_counts(
-    recording: Recording, index: int, isolated: np.ndarray, around: np.ndarray, large: np.ndarray
+    recording: Recording, index: int, jump: np.ndarray, suspect: np.ndarray, around: np.ndarray, large: np.ndarray
 ) -> None:
-    count = recording.segments[index].count
-    assert count is not None
-    jump = np.diff(count)
     for width in WIDTHS:
-        wrapped = isolated & (np.abs(np.abs(jump) - 2.0**width) <= LEAST + 2 * around)
+        wrapped = suspect & (np.abs(np.abs(jump) - 2.0**width) <= LEAST + 2 * around)
         if wrapped.any():
             row = int(np.argmax(wrapped))
             raise _impossible(
                 recording, index, row, jump[row], f"the {width}-bit counter wrapped; unwrap it when logging"
             )
-    large &= np.abs(jump) > LEAST
     if large.any():
         row = int(np.argmax(large))
-        if count[row + 1] == 0:
+        if _shaft(recording.segments[index])[row + 1] == 0:
             reason = "the counter was set back; log the running count, or begin a segment there (count_resets)"
         else:
             reason = "check the encoder's wiring and the log"
         raise _impossible(recording, index, row, jump[row], reason)
 
 
-def _check_turns(recording: Recording, index: int, segment: Segment, isolated: np.ndarray) -> None:
-    assert segment.angle_rad is not None
-    jump = np.diff(segment.angle_rad)
-    wrapped = isolated & (np.abs(np.abs(jump) - 2 * np.pi) < 0.2 * np.pi)
-    if wrapped.any():
-        row = int(np.argmax(wrapped))
-        raise RecordingError(
-            f"{recording.source}: the angle jumps by one turn in segment {index} at {when(segment, row + 1)}: it was "
-            "logged within one turn only; unwrap it before importing"
-        )
+def _one_turn(recording: Recording, index: int, row: int) -> RecordingError:
+    return RecordingError(
+        f"{recording.source}: the angle jumps by one turn in segment {index} at "
+        f"{when(recording.segments[index], row + 1)}: it was logged within one turn only; unwrap it before importing"
+    )
 
 
 def when(segment: Segment, row: int) -> str:
@@ -92,14 +92,21 @@ def _impossible(recording: Recording, index: int, row: int, jump: np.int64, reas
     )
 
 
-def _motion(recording: Recording, segment: Segment) -> np.ndarray:
-    """(n - 1,) motion from each row to the next, per tick (per usual time step where time was logged)."""
+def _shaft(segment: Segment) -> np.ndarray:
     shaft = segment.count if segment.count is not None else segment.angle_rad
     assert shaft is not None
-    elapsed = np.diff(segment.time_s if segment.tick is None else segment.tick).astype(np.float64)
-    if segment.tick is None and len(elapsed):
-        elapsed /= np.median(elapsed)
-    return np.diff(shaft) / np.maximum(elapsed, 1.0)
+    return shaft
+
+
+def _elapsed(recording: Recording, ends: list[int]) -> np.ndarray:
+    """(rows - 1,) ticks from each row to the next, through all segments; usual time steps where time was logged."""
+    stamps = [segment.time_s if segment.tick is None else segment.tick for segment in recording.segments]
+    elapsed = np.diff(np.concatenate(stamps)).astype(np.float64)
+    for segment, end in zip(recording.segments, ends, strict=True):
+        if segment.tick is None and len(segment) > 1:
+            rows = slice(end - len(segment), end - 1)
+            elapsed[rows] /= np.median(elapsed[rows])
+    return elapsed
 
 
 def _pulsed(volts: np.ndarray) -> np.ndarray:
@@ -110,7 +117,7 @@ def _pulsed(volts: np.ndarray) -> np.ndarray:
 
 
 def _around(motion: np.ndarray) -> np.ndarray:
-    """(n - 1,) the larger size of the motions beside each one.
+    """The larger size of the motions beside each one; an infinite one stands between segments.
 
     A glitch jumps there and back: of its two jumps, each is compared with what lies beyond the other.
     The first and the last motion of a segment have one neighbour and are not judged (infinite).
