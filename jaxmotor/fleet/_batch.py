@@ -51,16 +51,33 @@ class Identified(NamedTuple):
     estimate: Estimate
 
 
-@in_float64
+class Started(NamedTuple):
+    """A batch whose program runs."""
+
+    motors: list[Ready]
+    found: Arrays
+
+
 def identify_batch(motors: list[Ready], seed: int = 0) -> list[Identified | JaxmotorError]:
     """Each of `motors`, which share one key and are at most `BATCH`, or the sentence about it."""
+    return results_of(start_batch(motors, seed))
+
+
+@in_float64
+def start_batch(motors: list[Ready], seed: int = 0) -> Started:
+    """`identify_batch` begun: the program runs, and this thread is free meanwhile."""
     arrays = to_jax(stack(motors, BATCH))
     side_by_side = jax.default_backend() != "cpu"
     found = batch_program(arrays, motors[0].key, to_jax(np.int32(len(motors))), to_jax(np.uint32(seed)), side_by_side)
-    numbers = {name: np.asarray(value) for name, value in found.items()}
+    return Started(motors, found)
+
+
+def results_of(started: Started) -> list[Identified | JaxmotorError]:
+    """What `identify_batch` returns, once the program has ended."""
+    numbers = {name: np.asarray(value) for name, value in started.found.items()}
     return [
         _identified(motor.prepared, {name: np.asarray(value[index]) for name, value in numbers.items()})
-        for index, motor in enumerate(motors)
+        for index, motor in enumerate(started.motors)
     ]
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.fleet._batch import BATCH, Identified, identify_batch
+from jaxmotor.fleet._batch import BATCH, Identified, Started, results_of, start_batch
 from jaxmotor.fleet._dataset import Entry, Part, read_part
 from jaxmotor.fleet._diagnosed import diagnosis_columns
 from jaxmotor.fleet._friction import Rubbing, fit_friction
@@ -38,6 +38,13 @@ class _Done(NamedTuple):
     row: Row
 
 
+class _Running(NamedTuple):
+    """A batch whose program runs, or what stood in the way."""
+
+    group: list[_Waiting]
+    started: Started | Exception
+
+
 def identify_part(part: Part, options: Options) -> list[Row]:
     """One row for each motor of `part`, in their order; never an error."""
     rows = {one.order: _told(one, options) for one in _rows(part, options)}
@@ -52,6 +59,22 @@ def _told(one: _Done, options: Options) -> Row:
 
 
 def _rows(part: Part, options: Options) -> Iterator[_Done]:
+    running: _Running | None = None
+    for found in _ready(part):
+        if isinstance(found, _Done):
+            yield found
+            continue
+        begun = _begun(found, options)
+        # While its program runs, the batch before is brought to an end, and the next is read and prepared.
+        if running is not None:
+            yield from _ended(running, options)
+        running = begun
+    if running is not None:
+        yield from _ended(running, options)
+
+
+def _ready(part: Part) -> Iterator[_Done | list[_Waiting]]:
+    """The motors of `part` in batches, and the rows of those that are none."""
     waiting: dict[Key, list[_Waiting]] = {}
     for order, entry in enumerate(read_part(part)):
         if entry.recording is None:
@@ -66,26 +89,35 @@ def _rows(part: Part, options: Options) -> Iterator[_Done]:
         group = waiting.setdefault(motor.key, [])
         group.append(_Waiting(order, entry, motor))
         if len(group) == BATCH:
-            yield from _identified(waiting.pop(motor.key), options)
+            yield waiting.pop(motor.key)
         elif sum(map(len, waiting.values())) >= MOST_WAITING:
-            yield from _identified(waiting.pop(max(waiting, key=lambda key: len(waiting[key]))), options)
-    for group in waiting.values():
-        yield from _identified(group, options)
+            yield waiting.pop(max(waiting, key=lambda key: len(waiting[key])))
+    yield from waiting.values()
 
 
-def _identified(group: list[_Waiting], options: Options) -> list[_Done]:
-    """The rows of a batch; if the batch fails as a whole, its motors are done one by one."""
+def _begun(group: list[_Waiting], options: Options) -> _Running:
     try:
-        return _batch(group, options)
+        return _Running(group, start_batch([one.ready for one in group], options.seed))
+    except Exception as error:
+        return _Running(group, error)
+
+
+def _ended(running: _Running, options: Options) -> list[_Done]:
+    """The rows of a batch; if the batch fails as a whole, its motors are done one by one."""
+    group, started = running
+    try:
+        if isinstance(started, Exception):
+            raise started
+        return _batch(group, started, options)
     except Exception as error:
         if len(group) == 1:
             [one] = group
             return [_Done(one.order, one.entry, row_of(one.entry, None, problem_of(error)))]
-        return [row for one in group for row in _identified([one], options)]
+        return [row for one in group for row in _ended(_begun([one], options), options)]
 
 
-def _batch(group: list[_Waiting], options: Options) -> list[_Done]:
-    results = identify_batch([one.ready for one in group], options.seed)
+def _batch(group: list[_Waiting], started: Started, options: Options) -> list[_Done]:
+    results = results_of(started)
     good = [(one, found) for one, found in zip(group, results, strict=True) if isinstance(found, Identified)]
     rubbing: dict[int, Rubbing | None] = {}
     if options.friction and good:

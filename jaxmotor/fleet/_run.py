@@ -123,7 +123,8 @@ def _results(tasks: list[Task], cluster: str | None, workers: int | None) -> Ite
     if number == 1:
         yield from map(do_task, tasks)
         return
-    # Compiled programs run outside Python's lock, so threads are enough.
+    # Compiled programs run outside Python's lock, and while they do each thread prepares its next batch: threads are
+    # enough for as many cores as Python's part of the time leaves room for, five or so.
     pool = concurrent.futures.ThreadPoolExecutor(number)
     try:
         for future in concurrent.futures.as_completed([pool.submit(do_task, task) for task in tasks]):

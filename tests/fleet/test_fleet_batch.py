@@ -8,7 +8,7 @@ from fleets import recording, short, sine, step, with_lost_ticks
 from made import with_friction
 
 import jaxmotor as jm
-from jaxmotor.fleet import Options, fit_friction, identify_batch, ready
+from jaxmotor.fleet import Options, _identify_part, fit_friction, identify_batch, ready
 from jaxmotor.fleet._dataset import Part
 from jaxmotor.fleet._identify_part import identify_part
 
@@ -99,3 +99,23 @@ def test_a_part_keeps_the_order_and_the_bad(tmp_path):
     assert [row["motor"] for row in rows] == ["a", "b", "c", "d"]
     assert [row["problem"] is None for row in rows] == [True, True, False, True]
     assert "not a recording" in rows[2]["problem"]
+
+
+@pytest.mark.parametrize("step_of_it", ["start_batch", "results_of"])
+def test_a_batch_that_fails_is_done_motor_by_motor(tmp_path, monkeypatch, step_of_it):
+    for name, seed in (("a", 1), ("b", 2), ("c", 3)):
+        jm.write(short(seed), tmp_path / f"{name}.csv")
+    part = Part(tuple(str(tmp_path / f"{name}.csv") for name in "abc"), None)
+    expected = identify_part(part, Options())
+    whole = getattr(_identify_part, step_of_it)
+
+    def fails(given, *rest):
+        motors = given if isinstance(given, list) else given.motors
+        if len(motors) > 1 or "b.csv" in motors[0].prepared.recording.source:
+            raise MemoryError("too much")
+        return whole(given, *rest)
+
+    monkeypatch.setattr(_identify_part, step_of_it, fails)
+    rows = identify_part(part, Options())
+    assert "MemoryError" in rows[1]["problem"]
+    assert [rows[0], rows[2]] == [expected[0], expected[2]]
