@@ -24,14 +24,18 @@ demo: $(VENV)/.installed
 test: lint types toolchain
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
-# The firmware's tests run where its compiler and emulator can be installed; elsewhere they skip and say so.
+# The firmware's tests run where its compiler and emulator can be installed, those of circuits where ngspice can;
+# elsewhere they skip and say so.
 toolchain:
-	@if command -v avr-gcc >/dev/null && [ -e /usr/include/simavr/sim_avr.h ]; then :; \
+	@if command -v avr-gcc >/dev/null && [ -e /usr/include/simavr/sim_avr.h ] && command -v ngspice >/dev/null; then :; \
 	elif command -v apt-get >/dev/null && { [ "$$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }; then \
 	  as_root=$$([ "$$(id -u)" = 0 ] || echo sudo); \
-	  { $$as_root apt-get update -qq && $$as_root apt-get install -y -qq --no-install-recommends $(TOOLCHAIN); } \
-	    >/dev/null 2>&1 || echo "could not install $(TOOLCHAIN): the firmware's tests will skip"; \
-	else echo "without $(TOOLCHAIN) the firmware's tests skip; install them to run those too"; fi
+	  $$as_root apt-get update -qq >/dev/null 2>&1; \
+	  for tools in "$(TOOLCHAIN)" ngspice; do \
+	    $$as_root apt-get install -y -qq --no-install-recommends $$tools >/dev/null 2>&1 || \
+	    echo "could not install $$tools: tests that need it will skip"; \
+	  done; \
+	else echo "without $(TOOLCHAIN) the firmware's tests skip, without ngspice those of circuits"; fi
 
 firmware:
 	$(MAKE) -C firmware

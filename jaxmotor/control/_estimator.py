@@ -60,7 +60,7 @@ class Estimator(eqx.Module):
         drag = self.law.drag(z[0])
         moved = self.transition @ z + self.old_drive * (old - drag) + self.new_drive * (new - drag)
         # Friction as one implicit step: its full share, or the shaft stops. A stop takes the turn with it.
-        budget = jnp.abs(self.per_volt) * self.law.friction_V
+        budget = jnp.abs(self.per_volt * self.law.friction_V)
         speed = jnp.sign(moved[0]) * jax.nn.relu(jnp.abs(moved[0]) - budget)
         lost = moved[0] - speed
         angle_share = self.turn_per_speed * lost

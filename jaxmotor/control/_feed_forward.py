@@ -1,11 +1,13 @@
 """The voltage that a wanted motion needs: the motor's law turned round, friction and dead zone included.
 
-    f = w/K + w'/(K a) + sgn(w) v + c w |w| + load                   at the winding
+    f = w/K + w'/(K a) + sgn(K) (sgn(w) v + c w |w| + load)         at the winding
     u = (f - u0)/(1 + e sgn(f))                                      before offset and asymmetry
     u = u + sgn(u) d                                                 before the dead zone
 
 `sgn(w)` is that of the wanted speed; where that is 0 no friction is added, so that a motor at rest does not chatter.
 """
+
+import math
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -29,7 +31,7 @@ COMPENSATED = {
 
 
 class FeedForward(eqx.Module):
-    """Numbers of the law above."""
+    """Numbers of the law above. Friction, drag and load have the sign of K: the voltage that makes up for them."""
 
     gain: Scalar
     """K [rad/s/V]."""
@@ -69,12 +71,13 @@ def feed_forward(motor: Motor) -> FeedForward:
     """What undoes `motor`."""
     linear = linear_of(motor)
     friction = parameter_of(motor, "coulomb_friction", "volts_V") + parameter_of(motor, "stiction", "volts_V")
+    way = math.copysign(1.0, float(linear.gain))
     values = (
         float(linear.gain),
         float(linear.pole),
-        friction,
-        parameter_of(motor, "quadratic_drag", "volts_V_s2_rad2"),
-        parameter_of(motor, "load_torque", "volts_V"),
+        way * friction,
+        way * parameter_of(motor, "quadratic_drag", "volts_V_s2_rad2"),
+        way * parameter_of(motor, "load_torque", "volts_V"),
         parameter_of(motor, "voltage_offset", "volts_V"),
         parameter_of(motor, "direction_asymmetry", "ratio"),
         parameter_of(motor, "dead_zone", "volts_V"),
@@ -92,9 +95,9 @@ def reachable_rad_s(motor: Motor, supply_V: float) -> float:
     if effect_of(motor, "voltage_saturation") is not None:
         supply = min(supply, parameter_of(motor, "voltage_saturation", "volts_V"))
     left = (supply - float(law.dead_zone_V)) * (1 - abs(float(law.asymmetry)))
-    left -= float(law.friction_V) + abs(float(law.load_V) - float(law.offset_V))
+    left -= abs(float(law.friction_V)) + abs(float(law.load_V) - float(law.offset_V))
     if left <= 0:
         return 0.0
-    drag, back = float(law.drag_V_s2_rad2), 1 / abs(float(law.gain))
+    drag, back = abs(float(law.drag_V_s2_rad2)), 1 / abs(float(law.gain))
     # c w² + w/K = left, written so that it holds for c = 0.
     return float(2 * left / (back + (back**2 + 4 * drag * left) ** 0.5))

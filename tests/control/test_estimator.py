@@ -72,3 +72,13 @@ def test_nonsense_is_a_sentence():
         estimate_motion(estimator, np.zeros(4), np.zeros(5), HARDWARE)
     with pytest.raises(JaxmotorError, match="not positive"):
         design_estimator(model().whole, HARDWARE, disturbance_V=0.0)
+
+
+def test_a_motor_that_turns_against_the_voltage_is_its_mirror_image():
+    volts = DUTIES * HARDWARE.step_V
+    rng = np.random.default_rng(0)
+    count = np.cumsum(rng.integers(-20, 21, len(volts)))
+    ahead, back = (design_estimator(model(*FRICTION, gain=gain).whole, HARDWARE) for gain in (10.6, -10.6))
+    one = estimate_motion(ahead, count, volts, HARDWARE)
+    other = estimate_motion(back, -count - 1, volts, HARDWARE)
+    np.testing.assert_allclose(other.speed, -one.speed, atol=1e-9 * np.abs(one.speed).max())

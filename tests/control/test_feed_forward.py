@@ -6,7 +6,7 @@ import pytest
 from exported import Plant
 from models import model
 
-from jaxmotor.control import feed_forward
+from jaxmotor.control import feed_forward, reachable_rad_s
 
 EFFECTS = {
     "coulomb_friction": {"volts_V": 0.4},
@@ -50,3 +50,17 @@ def test_a_profile_is_followed(plant_library, x64):
             plant.hold(u / 7.4, 0.005)
             seen.append(plant.speed)
     assert np.sqrt(np.mean((np.array(seen) - 40 * np.sin(w * (time + 0.0025))) ** 2)) < 0.04 * 40
+
+
+def test_a_motor_that_turns_against_the_voltage_is_its_mirror_image(x64):
+    ahead = feed_forward(model(*EFFECTS.items()).whole)
+    mirrored = EFFECTS | {"load_torque": {"volts_V": -EFFECTS["load_torque"]["volts_V"]}}
+    back = feed_forward(model(*mirrored.items(), gain=-10.6).whole)
+    for speed in (-30.0, -2.0, 15.0, 40.0):
+        wanted = float(ahead.volts(jnp.asarray(speed), jnp.asarray(100.0)))
+        assert float(back.volts(jnp.asarray(-speed), jnp.asarray(-100.0))) == pytest.approx(wanted, rel=1e-12)
+    [one, other] = (
+        reachable_rad_s(model(*chosen.items(), gain=gain).whole, 7.4)
+        for chosen, gain in ((EFFECTS, 10.6), (mirrored, -10.6))
+    )
+    assert other == pytest.approx(one, rel=1e-12)

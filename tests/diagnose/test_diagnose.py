@@ -1,5 +1,6 @@
 """Something is hidden in the data; the diagnosis must name it or say where it is, and not invent it where it is not."""
 
+import dataclasses
 import json
 import subprocess
 import sys
@@ -172,3 +173,13 @@ def test_a_filtered_log_and_a_lagging_current_are_rivals():
         assert (1 / lag, pole / lag) == pytest.approx((sum(poles), np.prod(poles)), rel=0.03)
     excess = [rival.chi2_excess for rival in effect.rivals]
     assert excess == sorted(excess)
+
+
+def test_a_motor_that_turns_against_the_voltage_has_friction_too():
+    made, found = of("friction")
+    counted_back = [dataclasses.replace(one, count=-one.count) for one in made.segments]
+    mirrored = diagnose(dataclasses.replace(made, segments=tuple(counted_back)))
+    [effect], [other] = found.effects, mirrored.effects
+    assert other.name == effect.name == "coulomb_friction"
+    assert other.parameters["volts_V"] == pytest.approx(effect.parameters["volts_V"], rel=1e-3)
+    assert float(mirrored.motor.linear.gain) == pytest.approx(-float(found.motor.linear.gain), rel=1e-4)

@@ -284,3 +284,16 @@ def test_values_of_many_are_those_of_each(name):
     assert list(together) == list(parameters(effect)) and len(together) == len(jax.tree.leaves(effect))
     for column, leaves in zip(together.values(), zip(*map(jax.tree.leaves, each), strict=True), strict=True):
         np.testing.assert_array_equal(column, np.asarray(leaves, column.dtype), strict=False)
+
+
+MIRRORED = sorted(set(EFFECTS) - {"load_torque", "cogging", "encoder_eccentricity"})
+"""Without those of which a parameter says which way they act."""
+
+
+@pytest.mark.parametrize("name", MIRRORED)
+def test_a_motor_that_turns_against_the_voltage_is_its_mirror_image(name):
+    ahead = motor(name)
+    back = eqx.tree_at(lambda motor: motor.linear.gain, ahead, -ahead.linear.gain)
+    driven = rows(volts(plan()))
+    one, other = run(ahead, driven), run(back, driven)
+    np.testing.assert_allclose(other.seen_turn, -one.seen_turn, atol=1e-9 * float(jnp.abs(one.seen_turn).max()))

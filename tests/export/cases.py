@@ -11,9 +11,9 @@ HARDWARE = Hardware(0.005, 617.4, 7.4, 250, 40e-6)
 
 
 @in_float64
-def made(*effects, lag=None, offset=0.0, recording="m1.csv", response=False):
+def made(*effects, gain=10.6, lag=None, offset=0.0, recording="m1.csv", response=False):
     """A model with `effects` as (name, {parameter: value})."""
-    values = [10.6, 40.0] if lag is None else [10.6, 40.0, lag]
+    values = [gain, 40.0] if lag is None else [gain, 40.0, lag]
     errors = np.square([0.03, 0.6, 1e-4][: len(values)])
     measured = None
     if response:

@@ -54,6 +54,7 @@ CASES = {
     "L/R": made(FRICTION, lag=0.004),
     "viscous": dataclasses.replace(made(FRICTION, lag=0.004), viscous_share=0.3),
     "drag and load": made(("quadratic_drag", {"volts_V_s2_rad2": 5e-4}), ("load_torque", {"volts_V": -0.4})),
+    "turned round": made(FRICTION, ("load_torque", {"volts_V": 0.3}), gain=-10.6),
 }
 
 

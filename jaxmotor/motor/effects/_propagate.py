@@ -2,7 +2,7 @@
 
 With β the share of viscous friction in the pole (β = b R/(b R + Kt²)) and q the current times the resistance [V],
 
-    w' = a K (q - f) - a β w - ρ (Ω² φ + 2 ζ Ω (w - w2)) - ρ s         τ q' = e - q - (1 - β)/K w
+    w' = a (K q - |K| f) - a β w - ρ (Ω² φ + 2 ζ Ω (w - w2)) - ρ s         τ q' = e - q - (1 - β)/K w
     w2' = Ω² φ + 2 ζ Ω (w - w2) + s                                    φ' = w - w2
 
 for an effective voltage e [V], a torque f [V] and, behind a gap, an acceleration s of the load. Without lag (τ = 0) q
@@ -48,7 +48,7 @@ def _equations(
     columns = states + 2 + (load is not None and load.gap is not None)
     rate = jnp.zeros((states, columns), pole.dtype)
     shown = jnp.zeros((2, columns), pole.dtype).at[0, 0].set(1.0)
-    rate = rate.at[0, states + 1].set(-pole * gain)
+    rate = rate.at[0, states + 1].set(-pole * jnp.abs(gain))
     if lag is None:
         shown = shown.at[1, 0].set(-back).at[1, states].set(1.0)
         rate = rate.at[0, 0].set(-pole).at[0, states].set(pole * gain)

@@ -65,7 +65,7 @@ def to_mujoco(model: Model, *, inertia_kgm2: float | None = None, supply_V: floa
     <body name="rotor">
       <inertial pos="0 0 0" mass="1e-3" diaginertia="{1e-6 * inertia:.9g} {1e-6 * inertia:.9g} {1e-6 * inertia:.9g}"/>
       <joint name="shaft" type="hinge" axis="0 0 1" armature="{inertia:.9g}"
-        frictionloss="{abs(per_volt) * float(law.friction_V):.9g}" solreffriction="{2 * step:.9g} 1"
+        frictionloss="{abs(per_volt * float(law.friction_V)):.9g}" solreffriction="{2 * step:.9g} 1"
         solimpfriction="0.9999 0.9999 0.001 0.5 2"/>
     </body>
   </worldbody>

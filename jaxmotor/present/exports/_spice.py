@@ -34,7 +34,8 @@ def to_spice(model: Model, *, resistance_ohm: float | None = None) -> str:
     gain, pole, share = float(linear.gain), float(linear.pole), float(model.whole.viscous_share)
     lag = float(getattr(linear, "electrical_time_constant", 0.0))
     # Torques in volts at the winding; of a load, what moves the shaft is negative.
-    friction, drag, load = (float(value) for value in (law.friction_V, law.drag_V_s2_rad2, law.load_V))
+    friction, drag = abs(float(law.friction_V)), abs(float(law.drag_V_s2_rad2))
+    load = float(law.load_V)
     parts = [
         f"Vu plus w1 {-float(law.offset_V):.9g}",
         "Rw w1 w2 {R}",
