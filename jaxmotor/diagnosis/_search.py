@@ -188,11 +188,8 @@ class Search:
             least = min((fitted.chi2 for fitted in found), default=math.inf)
             if names is rough and least < NEARLY:
                 names = _as_good(ranked, rough)
-            found += side_by_side(functools.partial(self._best_of, base, ranked, least), names)
+            found += side_by_side(functools.partial(self.best_of, base, least=least), [ranked[name] for name in names])
         return found
-
-    def _best_of(self, base: Fitted, ranked: dict[str, list[Suspect]], least: float, name: str) -> Fitted:
-        return self.best_of(base, ranked[name], least)
 
     def likewise(self, best: list[Fitted], ranked: dict[str, list[Suspect]]) -> list[Fitted]:
         """Where the effect that was added last is one of `KIN`, the others in its place, from its own motor."""

@@ -232,7 +232,8 @@ def simulate_motor(
     `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
     that is rounded to counts of `count_rad` [rad] where this is given. Rows from `used` on are not simulated. Without
     `begin` the shaft stands at 0, in the middle of a count. `lengths` are a typical `duration` and the longest [s]:
-    given them, many rows of durations of their own are interpolated, to parts in 1e9, instead of computed one by one.
+    given them, many rows of durations of their own are interpolated, to parts in 1e9, instead of computed one by one;
+    a row that is longer still is taken to be that long.
     """
     setup = _Setup(motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad)
     over = setup.over

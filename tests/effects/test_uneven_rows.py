@@ -46,6 +46,19 @@ def test_interpolated_motion_is_the_exact_one(names, lag, x64):
         np.testing.assert_allclose(found, exact, atol=1e-7 * np.abs(exact).max())
 
 
+def test_a_row_beyond_the_longest_is_taken_to_be_that_long(x64):
+    """As the last row of an experiment is, whose end nobody logged: it must not throw off what follows."""
+    motor = Motor(SecondOrder(*(jnp.asarray(x) for x in (11.0, 40.0, 1e-4))), (), jnp.asarray(0.0))
+    duration = np.full(300, PERIOD)
+    even = turns(motor, duration, [PERIOD, 2 * PERIOD])
+    duration[-1] = 1.0
+    found = turns(motor, duration, [PERIOD, 2 * PERIOD])
+    duration[-1] = 2 * PERIOD
+    for one, other, same in zip(found, turns(motor, duration, [PERIOD, 2 * PERIOD]), even, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12)
+        np.testing.assert_allclose(one[:-1], same[:-1], rtol=1e-12)
+
+
 def test_even_rows_are_a_case_of_it(x64):
     """The steps of a contact are as many in each row as the longest needs, so even rows must give what they gave."""
     motor = Motor(

@@ -16,7 +16,7 @@ SHORT = 0.02
 
 
 def tabulated(over: Callable[[Scalar], Linear], lengths: Float[Array, " 2"]) -> Callable[[Scalar], Linear]:
-    """`over` by interpolation, for any length from 0 to the longest; `lengths` are a typical one and the longest [s].
+    """`over` by interpolation; `lengths` are a typical one and the longest [s], which longer ones are taken for.
 
     Nodes are a few percent of the length apart: what decays within a step is over before that is far.
     """
@@ -25,6 +25,8 @@ def tabulated(over: Callable[[Scalar], Linear], lengths: Float[Array, " 2"]) -> 
     table = jax.vmap(over)(short * jnp.sinh(spacing * jnp.arange(NODES, dtype=lengths.dtype)))
 
     def at(length: Scalar) -> Linear:
+        # A polynomial knows nothing of what is beyond its nodes: padding, and rows that no other one follows.
+        length = jnp.minimum(length, longest)
         place = jnp.arcsinh(length / short) / spacing
         first = jnp.clip(jnp.floor(place).astype(jnp.int32) - (ORDER // 2 - 1), 0, NODES - ORDER)
         weights = _lagrange(place - first.astype(place.dtype))
