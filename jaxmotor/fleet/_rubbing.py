@@ -122,7 +122,7 @@ def _stop(tick: _Tick) -> _Stop:
     stops = speed * end < 0
     # One division for all that follows: this is what a tick's time goes into.
     inverse = 1 / jnp.where(stops, towards, 1.0)
-    moving = jnp.where(stops, _log(jnp.where(stops, 1 - speed * inverse, 1.0)) * (1 / pole), duration)
+    moving = jnp.where(stops, _log(1 - speed * inverse) * (1 / pole), duration)
     return _Stop(kept, end, stops, inverse, moving, jnp.where(stops, anew * end * inverse, end))
 
 
@@ -179,7 +179,9 @@ def _log(y: Float[Array, "..."]) -> Float[Array, "..."]:
     size = y.dtype.itemsize
     bits, zero, integer = SPLIT[size]
     whole = jax.lax.bitcast_convert_type(y, integer)
-    exponent = (jax.lax.shift_right_logical(whole, integer(bits)) - integer(zero)).astype(y.dtype)
+    # As the fraction of 2^bits a whole number is a float without a conversion, which processors have no fast one for.
+    shifted = jax.lax.shift_right_logical(whole, integer(bits)) | integer((zero + bits) << bits)
+    exponent = jax.lax.bitcast_convert_type(shifted, y.dtype) - y.dtype.type(2**bits + zero)
     fraction = (whole & integer((1 << bits) - 1)) | integer(zero << bits)
     m = jax.lax.bitcast_convert_type(fraction, y.dtype)
     root = y.dtype.type(np.sqrt(2))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmotor.fleet import simulate_rubbing
+from jaxmotor.fleet._rubbing import _log
 from jaxmotor.motor import FirstOrder, Motor, Rows, simulate_motor
 from jaxmotor.motor.effects import CoulombFriction, DeadZone
 
@@ -58,3 +59,9 @@ def test_derivatives_are_those_of_differences(x64):
         step = jnp.zeros(4).at[k].set(1e-6 * at[k])
         difference = (position(at + step) - position(at - step)) / (2 * step[k])
         np.testing.assert_allclose(jacobian[:, k], difference, atol=2e-4 * float(jnp.abs(difference).max()))
+
+
+@pytest.mark.parametrize(("dtype", "atol"), [(np.float64, 2e-15), (np.float32, 1e-6)])
+def test_the_logarithm_is_one(dtype, atol, x64):
+    y = np.concatenate([1 + np.geomspace(1e-7, 1, 200), np.geomspace(1, 1e6, 200)]).astype(dtype)
+    np.testing.assert_allclose(_log(jnp.asarray(y)), np.log(y), rtol=4 * np.finfo(dtype).eps, atol=atol)
