@@ -8,6 +8,7 @@ logarithm. The angle is v τ + v' (T - τ) less the change of speed over a.
 """
 
 import functools
+import math
 from typing import NamedTuple
 
 import jax
@@ -189,4 +190,4 @@ def _log(y: Float[Array, "..."]) -> Float[Array, "..."]:
     square, series = s * s, jnp.zeros_like(s)
     for n in range(TERMS[size], 0, -1):
         series = (series + 1 / (2 * n + 1)) * square
-    return exponent * np.log(2) + (np.log(2) / 2 + 2 * s * (1 + series))
+    return exponent * math.log(2) + (math.log(2) / 2 + 2 * s * (1 + series))
