@@ -50,7 +50,6 @@ def recording_of(plan: Plan, runs: Sequence[Run], port: str, damaged: int = 0) -
     header.setdefault("rig", "emulated board" if port == "emulated" else f"board at {port}")
     header |= {"firmware": f"motor_rig {first.board.firmware}", "plan": plan.name}
     numbers = {
-        "duty_delay_s": first.board.duty_delay_s,
         "lost_samples": sum(run.log.lost for run in runs),
         "damaged_lines": damaged,
         "illegal_transitions": sum(run.log.illegal for run in runs),
@@ -63,6 +62,7 @@ def recording_of(plan: Plan, runs: Sequence[Run], port: str, damaged: int = 0) -
         duty_full_scale=float(first.board.full_scale),
         supply_V=float(first.supply_V),
         drive="coast" if plan.drive == "coast" else "brake",
+        duty_delay_s=first.board.duty_delay_s,
         count_resets=len({run.session for run in runs}) > 1,
         header=header | numbers,
     )

@@ -89,7 +89,8 @@ def simulate_plan(model: Model, plan: Plan, hardware: Hardware, *, seed: int = 0
         duty_full_scale=float(hardware.full_scale),
         supply_V=hardware.supply_V,
         drive="coast" if plan.drive == "coast" else "brake",
-        header={**plan.header, "rig": "simulated", "plan": plan.name, "duty_delay_s": hardware.delay_s},
+        duty_delay_s=hardware.delay_s or None,
+        header={**plan.header, "rig": "simulated", "plan": plan.name},
     )
 
 

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording, Segment, at_duty
 
 LANES = 16
 FEWEST = 20
@@ -135,7 +135,7 @@ def pack(recording: Recording, segments: tuple[int, ...], room: Room | None = No
     for number, (piece, lane, start) in enumerate(zip(pieces, lane_of, start_of, strict=True)):
         cells = (lane, slice(start, start + _size(piece)))
         segment = recording.segments[piece.segment]
-        _fill(packed, cells, segment, piece, observation)
+        _fill(packed, cells, recording, piece, observation)
         rows = np.arange(piece.rows.start, piece.rows.stop)
         packed.piece[cells] = number
         packed.cluster[cells] = blocks[piece.segment].of(rows)
@@ -145,8 +145,9 @@ def pack(recording: Recording, segments: tuple[int, ...], room: Room | None = No
     return Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
 
 
-def _fill(lanes: Lanes, cells: tuple[int, slice], segment: Segment, piece: Piece, observation: Observation) -> None:
-    time, rows = segment.time_s[piece.rows], piece.rows
+def _fill(lanes: Lanes, cells: tuple[int, slice], recording: Recording, piece: Piece, observation: Observation) -> None:
+    segment, rows = recording.segments[piece.segment], piece.rows
+    time = segment.time_s[rows]
     lanes.volts[cells] = segment.volts[rows]
     lanes.reset[cells[0], cells[1].start] = True
     lanes.free[cells[0], cells[1].start] = float(piece.free)
@@ -154,11 +155,11 @@ def _fill(lanes: Lanes, cells: tuple[int, slice], segment: Segment, piece: Piece
         lanes.duration[cells] = np.diff(time, append=time[-1] + 1.0)
     if observation.kind == "turn":
         all_but_last = (cells[0], slice(cells[1].start, cells[1].stop - 1))
-        lanes.observed[all_but_last] = _turned(segment, time, rows, observation.unit)
+        lanes.observed[all_but_last] = _turned(recording, segment, time, rows, observation.unit)
         lanes.valid[all_but_last] = True
         return
     assert segment.speed_rad_s is not None
-    lanes.observed[cells] = segment.speed_rad_s[rows] / observation.unit
+    lanes.observed[cells] = at_duty(recording, segment.speed_rad_s[rows], time) / observation.unit
     begin = np.maximum(time - observation.window_s, time[0])
     row = np.clip(np.searchsorted(time, begin + 1e-9 * observation.window_s, side="right") - 1, 0, None)
     lanes.back[cells] = np.arange(len(time)) - row
@@ -166,15 +167,14 @@ def _fill(lanes: Lanes, cells: tuple[int, slice], segment: Segment, piece: Piece
     lanes.valid[cells] = time - time[0] >= observation.window_s * (1 - 1e-9)
 
 
-def _turned(segment: Segment, time: np.ndarray, rows: slice, unit: float) -> np.ndarray:
-    """Turned from each row to the next [`unit` rad; counts are their own unit]."""
+def _turned(recording: Recording, segment: Segment, time: np.ndarray, rows: slice, unit: float) -> np.ndarray:
+    """Turned from each row's voltage to the next one's [`unit` rad; counts are their own unit]."""
     if segment.count is not None:
-        count = segment.count[rows]
-        return count[1:] - count[:-1]
+        return np.diff(at_duty(recording, segment.count[rows], time))
     if segment.angle_rad is not None:
-        return np.diff(segment.angle_rad[rows]) / unit
+        return np.diff(at_duty(recording, segment.angle_rad[rows], time)) / unit
     assert segment.speed_rad_s is not None
-    return segment.speed_rad_s[rows][1:] * np.diff(time) / unit
+    return at_duty(recording, segment.speed_rad_s[rows], time)[1:] * np.diff(time) / unit
 
 
 def pieces_of(recording: Recording, index: int) -> list[Piece]:

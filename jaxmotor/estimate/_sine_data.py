@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from jaxmotor.estimate._lanes import bucket, resolution
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording, Segment, at_duty
 
 
 class SineData(NamedTuple):
@@ -52,7 +52,7 @@ def sine_data(recording: Recording, segments: tuple[int, ...]) -> SineData:
         tick = np.arange(len(run)) if run.tick is None else run.tick - run.tick[0]
         keep = tick < shape[1]
         cells = (row, tick[keep])
-        volts[cells], measured[cells] = run.volts[keep], _measured(run, unit)[keep]
+        volts[cells], measured[cells] = run.volts[keep], _measured(recording, run, unit)[keep]
         valid[cells] = True
     if kind == "mean_speed":
         valid[:, 0] = False
@@ -78,10 +78,10 @@ def _unit(recording: Recording, runs: list[Segment]) -> float:
     return unit
 
 
-def _measured(run: Segment, unit: float) -> np.ndarray:
+def _measured(recording: Recording, run: Segment, unit: float) -> np.ndarray:
     if run.count is not None:
-        return (run.count - run.count[0]).astype(float)
+        return at_duty(recording, (run.count - run.count[0]).astype(float), run.time_s)
     if run.angle_rad is not None:
-        return (run.angle_rad - run.angle_rad[0]) / unit
+        return at_duty(recording, (run.angle_rad - run.angle_rad[0]) / unit, run.time_s)
     assert run.speed_rad_s is not None
-    return run.speed_rad_s / unit
+    return at_duty(recording, run.speed_rad_s / unit, run.time_s)

@@ -16,7 +16,7 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import replacing
 from jaxmotor.fleet._extra import needs
-from jaxmotor.recording import Header, Recording, Segment, from_columns, header_of
+from jaxmotor.recording import OWN_KEYS, Header, Recording, Segment, from_columns, header_of
 
 ROWS_PER_CUT = 250_000
 ROWS_AT_ONCE = 131_072
@@ -111,8 +111,7 @@ def _write_group(writer: Any, part: Path, group: list[Any]) -> Any:
 
 
 def _shared_header(recording: Recording) -> dict[str, str]:
-    own = ("period_s", "counts_per_rev", "duty_full_scale", "supply_V", "drive", "speed_window_s", "count_resets")
-    values = {key: getattr(recording, key) for key in own}
+    values = {key: getattr(recording, key) for key in OWN_KEYS}
     values = {key: value for key, value in values.items() if value is not None and value is not False}
     values |= {key: value for key, value in recording.header.items() if key != "motor"}
     tables = [

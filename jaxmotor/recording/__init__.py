@@ -1,5 +1,6 @@
 """Recordings: the file format, what can be wrong with the data, and logs from elsewhere."""
 
+from jaxmotor.recording._at_duty import at_duty as at_duty
 from jaxmotor.recording._bundled import bundled as bundled
 from jaxmotor.recording._check import check as check
 from jaxmotor.recording._check import check_output as check_output
@@ -8,6 +9,7 @@ from jaxmotor.recording._check import warn_sign as warn_sign
 from jaxmotor.recording._foreign import import_log as import_log
 from jaxmotor.recording._from_columns import from_columns as from_columns
 from jaxmotor.recording._from_columns import header_of as header_of
+from jaxmotor.recording._header import OWN_KEYS as OWN_KEYS
 from jaxmotor.recording._header import Header as Header
 from jaxmotor.recording._join import join as join
 from jaxmotor.recording._jumps import check_jumps as check_jumps

@@ -24,11 +24,13 @@ RANGES = {
     "duty_full_scale": (1e-6, 1e12),
     "supply_V": (1e-6, 1e6),
     "speed_window_s": (0.0, 1e4),
+    "duty_delay_s": (0.0, 1e4),
     "start_s": (0.0, 1e10),
 }
 """The numbers of the header, with the least and the greatest value that can be meant."""
 TEXTS = ("motor", "rig", "firmware", "created", "notes")
-OWN_KEYS = ("period_s", "counts_per_rev", "duty_full_scale", "supply_V", "drive", "speed_window_s", "count_resets")
+NUMBERS = ("period_s", "counts_per_rev", "duty_full_scale", "supply_V", "speed_window_s", "duty_delay_s")
+OWN_KEYS = (*NUMBERS, "drive", "count_resets")
 OWN_SEGMENT_KEYS = ("kind", "start_s", "at_rest")
 
 _FIRST = re.compile(r"# jaxmotor recording ([0-9]{1,9})[ \t]*")
@@ -130,8 +132,12 @@ def _check_depth(values: dict[str, Any], source: str) -> None:
 
 
 def _check_recording(header: Header) -> None:
-    for key in ("period_s", "counts_per_rev", "duty_full_scale", "supply_V", "speed_window_s"):
+    for key in NUMBERS:
         _check_number(header, header.values, key)
+    late, period = header.values.get("duty_delay_s", 0.0), header.values.get("period_s", RANGES["period_s"][1])
+    if late >= period:
+        sentence = f"duty_delay_s = {late:g} is not below the period of {period:g} s; shift the duties by whole ticks"
+        raise header.fault("duty_delay_s", sentence)
     if header.values.get("drive", "brake") not in ("brake", "coast"):
         value = shown(str(header.values["drive"]))
         raise header.fault("drive", f"drive = {value} is not known; it is 'brake', 'coast', or left out")

@@ -16,17 +16,18 @@ SHARED = {
     "supply_V": "a supply of {} V",
     "drive": "a bridge set to {}",
     "speed_window_s": "speeds over {} s",
+    "duty_delay_s": "duties that act {} s late",
 }
 """What one rig has one of."""
-MEANS = ("period_s", "speed_window_s")
+MEANS = ("period_s", "speed_window_s", "duty_delay_s")
 """What must be stated by all or by none: it says how rows are to be read."""
 
 
 def join(recordings: Sequence[Recording]) -> Recording:
     """`recordings`, of one motor on one rig, end to end.
 
-    What only some of them state is taken for all, except the period and the window of speeds. A pause of a second is
-    put between them.
+    What only some of them state is taken for all, except what says how rows are to be read: the period, the window of
+    speeds, the delay of duties. A pause of a second is put between them.
 
     **Raises:** `RecordingError` where they were not measured alike, or contradict each other.
     """

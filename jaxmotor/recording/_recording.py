@@ -76,6 +76,8 @@ class Recording:
     """What the bridge does between pulses; None where not known."""
     speed_window_s: float | None = None
     """Each speed is the mean over this long before its row [s]; 0 is instantaneous; None where not known."""
+    duty_delay_s: float | None = None
+    """From the moment at which a row was measured to that at which its voltage acts [s]; None is none."""
     count_resets: bool = False
     """The counter starts anew in each segment."""
     header: Mapping[str, Any] = dataclasses.field(default_factory=dict)

@@ -83,6 +83,7 @@ def test_segments_are_kept_and_follow_each_other(files):
         ("period_s", 0.01, "a period of 0.02 s.*a period of 0.01 s.*one rig"),
         ("drive", "coast", "a bridge set to brake.*a bridge set to coast"),
         ("speed_window_s", None, "states none"),
+        ("duty_delay_s", 4e-5, "4e-05 s late.*states none"),
     ],
 )
 def test_what_contradicts_is_refused(files, name, value, sentence):

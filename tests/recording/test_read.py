@@ -114,6 +114,8 @@ HEADER_DAMAGE = {
     "frequency NaN": ("5.03", "[1.0, nan]", 11, "frequency"),
     "amplitude": ("5.1", "nan", 12, "finite"),
     "segment table": ("[[segment]]", "[segment]", 13, "not TOML"),
+    "late duties": ('drive = "brake"', "duty_delay_s = -1e-6", 7, "not negative"),
+    "duties a tick late": ('drive = "brake"', "duty_delay_s = 0.005", 7, "not below the period"),
     "speed window": ('drive = "brake"', "speed_window_s = -1", 7, "not negative"),
 }
 
