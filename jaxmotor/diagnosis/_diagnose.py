@@ -6,7 +6,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
 from jaxmotor.diagnosis._early import is_early
-from jaxmotor.diagnosis._errors import covariance, effect_errors, linear_covariance, linear_errors
+from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._held_out import HeldOut, kept, worth_of
@@ -63,11 +63,12 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
     effects = _effects(study, held, found, spread)
+    twins = _twins(found, effects)
     return Diagnosis(
         fit=fit,
         linear=linear.motor,
         motor=found.fitted.motor,
-        standard_error=linear_errors(found.fitted, spread),
+        standard_error=linear_errors(found.fitted, with_twins(found.fitted, spread, list(twins.values()))),
         covariance=linear_covariance(found.fitted, spread),
         joint=joint_covariance(found.fitted, spread, rig_of(recording, study.trial)),
         effects=effects,
@@ -81,9 +82,10 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         left=left,
         left_looks=left_looks,
         learned=learn(recording, study.solver, found.fitted) if verdict == "unexplained" else (),
-        experiments=_experiments(study, found, effects),
+        experiments=_experiments(study, found.fitted, twins),
         notes=(
             *_notes(fit.notes if verdict == "unexplained" else check(recording), held, found, effects),
+            *_ambiguous(found.fitted, spread, twins),
             *([EARLY] if verdict == "unexplained" and is_early(recording, found.fitted) else []),
         ),
     )
@@ -148,22 +150,43 @@ def _rivals(held: HeldOut, found: Found, named: Named) -> tuple[Rival, ...]:
     return tuple(sorted(rivals, key=lambda rival: rival.chi2_excess))
 
 
+def _twins(found: Found, effects: tuple[FoundEffect, ...]) -> dict[tuple[str, str], Fitted]:
+    """Motors that explain the recording as well, by the effect that was named and the one in its place."""
+    twins = {}
+    for named in found.named:
+        [effect] = [effect for effect in effects if effect.name == named.name]
+        close = [rival.name for rival in effect.rivals if rival.inseparable and named.name not in _contained(rival)]
+        for other in named.rivals[:RIVALS]:
+            name = next(name for name in other.names if name not in found.fitted.names)
+            if name in close:
+                twins[named.name, name] = other
+    return twins
+
+
+def _contained(rival: Rival) -> tuple[str, ...]:
+    return EFFECTS[rival.name].contains
+
+
+def _ambiguous(fitted: Fitted, spread: np.ndarray, twins: dict[tuple[str, str], Fitted]) -> list[str]:
+    """What depends on which of them it is."""
+    notes = []
+    for (name, other), twin in twins.items():
+        away = differs(fitted, spread, twin)
+        for place, what, unit in ((0, "gain", "rad/s/V"), (1, "pole", "rad/s")):
+            if away[place]:
+                own, its = np.exp([fitted.free[place], twin.free[place]])
+                notes.append(f"with {other} in place of {name} the {what} is {its:.4g} {unit}, not {own:.4g}")
+    return notes
+
+
 def _unknown(effect, error: dict[str, float]) -> tuple[str, ...]:
     values = {name: float(getattr(effect, name)) for name in error}
     return tuple(name for name in error if name != "phase_rad" and error[name] > UNKNOWN * abs(values[name]))
 
 
-def _experiments(study: Study, found: Found, effects: tuple[FoundEffect, ...]) -> tuple[Experiment, ...]:
+def _experiments(study: Study, fitted: Fitted, twins: dict[tuple[str, str], Fitted]) -> tuple[Experiment, ...]:
     """For each effect, what tells it from its rivals that this recording cannot."""
-    wanted = []
-    for named in found.named:
-        [effect] = [effect for effect in effects if effect.name == named.name]
-        close = [rival.name for rival in effect.rivals if rival.inseparable]
-        for other in named.rivals[:RIVALS]:
-            name = next(name for name in other.names if name not in found.fitted.names)
-            if name in close and named.name not in EFFECTS[name].contains:
-                pair = (named.name, name)
-                wanted.append(experiment(study.solver, pair, found.fitted.motor, other, study.recording))
+    wanted = [experiment(study.solver, pair, fitted.motor, other, study.recording) for pair, other in twins.items()]
     return tuple(sorted(wanted, key=lambda one: -one.chi2_excess))
 
 

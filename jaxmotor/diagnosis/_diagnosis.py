@@ -104,9 +104,10 @@ class Diagnosis:
     motor: Motor
     """The extended motor; the linear one where the verdict is `complete`."""
     standard_error: dict[str, float]
-    """Of the extended motor's linear part: gain_rad_s_V, pole_rad_s, electrical_time_constant_s, viscous_share."""
+    """Of the extended motor's linear part: gain_rad_s_V, pole_rad_s, electrical_time_constant_s, viscous_share. Where
+    an inseparable rival comes with another gain or pole, they allow for that."""
     covariance: np.ndarray
-    """(3, 3) of the first three of these."""
+    """(3, 3) of the first three of these, the effects being those that were named."""
     joint: Joint
     """Of all four and the effects' parameters (`coulomb_friction.volts_V`), but for those that are not determined."""
     effects: tuple[FoundEffect, ...]

@@ -14,6 +14,9 @@ from jaxmotor.diagnosis._free import OWN
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import AbstractEffect, Rig, free_size, parameters
 
+APART = 5.0
+"""Standard errors by which motors differ that are not one: they are fitted less patiently while they are compared."""
+
 
 def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     """Of the free numbers of `fitted`, whose rows belong to blocks `block` (n,); inf on the diagonal of any unknown."""
@@ -28,7 +31,10 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     blocks = len(used)
     meat = pulls.T @ pulls * (blocks / max(blocks - 1, 1)) + prior
     sandwich = bread @ meat @ bread
-    unlike = [1.0] * OWN + [type(one).unlikeness for one in fitted.template.effects for _ in range(free_size(one))]
+    effects = fitted.template.effects
+    # Of the effects beside such a law, too: what it gets wrong is theirs to explain.
+    worst = max((type(effect).unlikeness for effect in effects), default=1.0)
+    unlike = [1.0] * OWN + [worst] * sum(map(free_size, effects))
     own = bread * max(fitted.chi2, 1.0) * np.outer(unlike, unlike)
     grow = np.sqrt(np.maximum(np.diag(own) / np.maximum(np.diag(sandwich), 1e-300), 1.0))
     return sandwich * np.outer(grow, grow) + np.diag(np.where(known, 0.0, np.inf))
@@ -37,6 +43,22 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
 def _inverse(normal: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     return np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+
+
+def differs(fitted: Fitted, spread: Float[np.ndarray, "p p"], twin: Fitted) -> np.ndarray:
+    """(2,) whether gain and pole of `twin` are others than those of `fitted`."""
+    return np.abs(twin.free[:2] - fitted.free[:2]) > APART * np.sqrt(np.diag(spread)[:2])
+
+
+def with_twins(fitted: Fitted, spread: Float[np.ndarray, "p p"], twins: list[Fitted]) -> Float[np.ndarray, "p p"]:
+    """`spread`, wider where `twins`, motors that explain the recording as well, have another gain or pole.
+
+    Either may be the true one: a difference d adds d²/2 to the variance.
+    """
+    away = [np.where(differs(fitted, spread, twin), twin.free[:2] - fitted.free[:2], 0.0) for twin in twins]
+    wider = spread.copy()
+    wider[[0, 1], [0, 1]] += np.max([np.zeros(2), *np.square(away)], axis=0) / 2
+    return wider
 
 
 def linear_errors(fitted: Fitted, spread: np.ndarray) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """A motor as a vector of unconstrained numbers, in which it is fitted.
 
 (log |K|, log a, τ [s], β, then each effect's `to_free`). A recording hardly shows τ = L/R, and β hardly but through
-laws of the current: both have a prior, the spread of hobby motors.
+laws of the current: both have a prior, the spread of hobby motors. An effect that adds to τ is all of it: τ is then 0.
 """
 
 import math
@@ -15,13 +15,15 @@ from jaxtyping import Float
 from jaxmotor._precision import to_jax
 from jaxmotor.motor import Motor, SecondOrder
 from jaxmotor.motor.effects import AbstractEffect, free_size, parameters, to_free, values_at
-from jaxmotor.motor.effects._base import AbstractLoadEffect
+from jaxmotor.motor.effects._base import AbstractLagEffect, AbstractLoadEffect
 
 LAG_S = (60e-6, 40e-6)
 """Mean and spread of L/R, with the bridge's own delay."""
 VISCOUS_SHARE = (0.045, 0.02)
 LONGEST_LAG_S = 2.6e-4
 """More is an effect of its own."""
+NO_LAG_S = (0.0, 1e-9)
+"""Mean and spread of L/R beside such an effect."""
 LAG_STEP_S = 3e-6
 OWN = 4
 """Free numbers of the motor without effects."""
@@ -53,13 +55,18 @@ def layout_of(effects: tuple[AbstractEffect, ...]) -> Layout:
     rows = [
         ("gain", 1e-4 * wide, 0.5, -inf, inf, 0.0, inf),
         ("pole", 1e-3 * wide, 0.7, -inf, inf, 0.0, inf),
-        ("lag", LAG_STEP_S * wide, 1e-4, 0.0, LONGEST_LAG_S, *LAG_S),
+        ("lag", LAG_STEP_S * wide, 1e-4, 0.0, *((0.0, *NO_LAG_S) if _is_lag(effects) else (LONGEST_LAG_S, *LAG_S))),
     ]
     rows.append(("viscous_share", 4e-3, 0.05, 0.0, 0.6, *VISCOUS_SHARE))
     for effect in effects:
         rows += [(f"{effect.name}.{name}", *about) for name, about in _elements(effect)]
     names, *columns = zip(*rows, strict=True)
     return Layout(names, *(np.array(column, float) for column in columns))
+
+
+def _is_lag(effects: tuple[AbstractEffect, ...]) -> bool:
+    """One of `effects` is the motor's electrical time constant, all of it."""
+    return any(isinstance(effect, AbstractLagEffect) for effect in effects)
 
 
 def _elements(effect: AbstractEffect) -> list[tuple[str, tuple[float, ...]]]:
@@ -126,7 +133,7 @@ def with_effect(motor: Motor, effect: AbstractEffect) -> Motor:
     if isinstance(effect, AbstractLoadEffect):
         pole *= 1 + float(effect.load().ratio)
     assert isinstance(motor.linear, SecondOrder)
-    lag = float(motor.linear.electrical_time_constant)
+    lag = 0.0 if _is_lag((effect,)) else float(motor.linear.electrical_time_constant)
     return linear_of(float(motor.linear.gain), pole, lag, float(motor.viscous_share), (*motor.effects, effect))
 
 
@@ -150,6 +157,8 @@ def without_effect(motor: Motor, name: str) -> Motor:
         if effect.name == name and isinstance(effect, AbstractLoadEffect):
             pole /= 1 + float(effect.load().ratio)
     assert isinstance(motor.linear, SecondOrder)
-    lag = float(motor.linear.electrical_time_constant)
     kept = tuple(effect for effect in motor.effects if effect.name != name)
+    lag = float(motor.linear.electrical_time_constant)
+    if _is_lag(motor.effects) and not _is_lag(kept):
+        lag = LAG_S[0]
     return linear_of(float(motor.linear.gain), pole, lag, float(motor.viscous_share), kept)

@@ -239,7 +239,7 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     says: ClassVar[str] = "the current, and so the torque, lags the voltage by {time_constant_s} (L/R)"
     advice: ClassVar[str] = "Use the model of second order (jaxmotor identify --model second)."
     time_constant_s: Scalar = parameter("s", "positive", neutral=0.0, start=3e-3, scale=2e-3)
-    """L/R [s], in addition to the linear motor's."""
+    """L/R [s], in addition to the linear motor's, which a diagnosis takes for 0 beside it."""
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
