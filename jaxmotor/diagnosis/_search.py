@@ -225,7 +225,7 @@ class Search:
         # Of laws with a single shape all starts lead to one place.
         single = explained or len({_shape(start) for start in starts}) == 1
         for start in starts[: 1 if single else 2]:
-            fitted = self.solver.fit(with_effect(base.motor, start.effect), base.speeds, COARSE, steps, bar)
+            fitted = self.solver.fit(start.motor, base.speeds, COARSE, steps, bar)
             if best is None or fitted.chi2 < best.chi2:
                 best = fitted
             if best.chi2 < ENOUGH:

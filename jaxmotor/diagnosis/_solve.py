@@ -26,7 +26,8 @@ SURE, HOPE = 2, 3.0
 CRAWLED = 3
 """Steps in a row that bring next to nothing of what they promise, after which a fit is left where it is."""
 FIRST_ROWS = 3
-DAMPINGS = 1e-9 + np.array([0.0, *np.geomspace(1e-4, 1e6, 21)])
+DAMPING = 1e-9
+"""Of the balanced normal equations, for what the recording does not show."""
 SPEED_STEP = 0.05
 """Over which initial speeds are differenced [rad/s]."""
 
@@ -156,7 +157,7 @@ class Solver:
                 settled = step is not None
                 break
             before = self._cost(at, layout)
-            if number >= SURE and before - HOPE * step.promise > bar * len(at.residual):
+            if number >= SURE and before - HOPE * step.hope > bar * len(at.residual):
                 break
             new = self._moved(motor, at, step, layout)
             if new is None:
@@ -179,18 +180,19 @@ class Solver:
         pull = (at.free - layout.prior) * weight
         normal = np.einsum("np,nq->pq", jacobian, jacobian) + np.diag(weight**2)
         right = -(np.einsum("np,n->p", jacobian, residual) + weight * pull)
-        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
         if not np.isfinite(normal).all() or not np.isfinite(right).all():
             return None
-        step = _within(normal / np.outer(scale, scale), right / scale, scale, layout.longest)
-        beyond = (at.free + step < layout.low) | (at.free + step > layout.high)
-        if beyond.any():
-            step = np.where(beyond, np.clip(at.free + step, layout.low, layout.high) - at.free, step)
-            step = _restricted(normal, right, step, beyond)
-            step = np.clip(at.free + step, layout.low, layout.high) - at.free
-        promise = float(2 * right @ step - step @ normal @ step) + square_of(at.residual) - square_of(residual)
+        low, high = layout.low - at.free, layout.high - at.free
+        whole = _boxed(normal, right, low, high)
+        # What has a prior is held back by that, and by its bounds.
+        longest = np.where(finite, np.inf, layout.longest)
+        step = whole
+        if (np.abs(whole) > longest).any():
+            step = _boxed(normal, right, np.maximum(low, -longest), np.minimum(high, longest))
+        initial = square_of(at.residual) - square_of(residual)
         speeds = None if shift is None else -shift[:, 0] - shift[:, 1:] @ step
-        return _Step(step, speeds, promise)
+        promises = [float(2 * right @ moved - moved @ normal @ moved) + initial for moved in (step, whole)]
+        return _Step(step, speeds, *promises)
 
     def _project(self, columns: np.ndarray, starts: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
         """`columns` (n, c) without what initial speeds explain, and the speeds (k, c) that explain it."""
@@ -259,27 +261,26 @@ class _Step:
     speeds: np.ndarray | None
     promise: float
     """By how much the linearisation lowers the cost."""
+    hope: float
+    """The same if a step might go as far as it likes."""
 
 
-def _within(normal: np.ndarray, right: np.ndarray, scale: np.ndarray, longest: np.ndarray) -> np.ndarray:
-    """The step whose damping is just enough that no part of it is too long (Marquardt)."""
-    damped = normal + DAMPINGS[:, None, None] * np.eye(len(right))
-    steps = np.linalg.solve(damped, np.broadcast_to(right[:, None], (len(damped), len(right), 1)))[..., 0] / scale
-    short = (np.abs(steps) <= longest).all(axis=1)
-    return steps[int(np.argmax(short)) if short.any() else -1]
-
-
-def _restricted(normal: np.ndarray, right: np.ndarray, step: np.ndarray, held: np.ndarray) -> np.ndarray:
-    """`step` with the elements that are not `held` at their best for those that are."""
-    free = ~held
-    if not free.any():
-        return step
-    inner = normal[np.ix_(free, free)]
-    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-    wanted = right[free] - normal[np.ix_(free, held)] @ step[held]
-    balanced = inner / np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
-    step = step.copy()
-    step[free] = np.linalg.solve(balanced, wanted / scale) / scale
+def _boxed(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The step from `low` to `high` that solves the normal equations: what goes beyond is held there, one after the
+    other, the furthest first, and the rest goes with it."""
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    balanced = normal / np.outer(scale, scale) + DAMPING * np.eye(len(right))
+    step, held = np.zeros(len(right)), np.zeros(len(right), bool)
+    while not held.all():
+        free = ~held
+        wanted = right[free] / scale[free] - balanced[np.ix_(free, held)] @ (step * scale)[held]
+        step[free] = np.linalg.solve(balanced[np.ix_(free, free)], wanted) / scale[free]
+        beyond = np.where(free, np.maximum(low - step, step - high) * scale, -np.inf)
+        worst = int(np.argmax(beyond))
+        if beyond[worst] <= 0:
+            break
+        held[worst] = True
+        step[worst] = np.clip(step[worst], low[worst], high[worst])
     return step
 
 
