@@ -1,5 +1,6 @@
 """The numbers and tables in docs/paper.md, by their names in benchmarks/paper_page.md."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import jax
@@ -8,6 +9,7 @@ import numpy as np
 from delay import FREQUENCIES_HZ
 
 from jaxmotor.bench import resolution_table
+from jaxmotor.diagnosis import Diagnosis
 from jaxmotor.estimate import Fit
 from jaxmotor.motor import FirstOrder
 from jaxmotor.present._bode import in_order, model_response
@@ -45,6 +47,7 @@ def values(found: "Found") -> dict[str, float | str]:
         "exact_left": _left_at_the_end(found.exact),
     }
     given |= _fit("exact", found.exact, GAIN, POLE) | _fit("paper", found.paper, GAIN, POLE)
+    given |= _named(found.named)
     given |= _fit("linear", found.without_friction, LINEAR_GAIN, LINEAR_POLE)
     given |= _fit("smooth", found.exactly_without_friction, LINEAR_GAIN, LINEAR_POLE)
     return given | _delay(found) | _open_loop(found) | _closed_loop(found)
@@ -64,6 +67,25 @@ def _fit(name: str, fit: Fit, gain: float, pole: float) -> dict[str, float | str
         found[f"{name}_{key}_off"] = 100 * (value / truth - 1)
         found[f"{name}_{key}_half"] = 1.96 * float(getattr(fit.standard_error, key))
     return found
+
+
+def _named(found: Diagnosis) -> dict[str, float | str]:
+    """The motor with the effects that were named, which are two."""
+    sizes = {each.name: each.parameters for each in found.effects}
+    errors = {each.name: each.standard_error for each in found.effects}
+    gain, pole = float(found.motor.linear.gain), float(found.motor.linear.pole)
+    return {
+        "named_gain": gain,
+        "named_gain_half": 1.96 * found.standard_error["gain_rad_s_V"],
+        "named_gain_off": 100 * (gain / GAIN - 1),
+        "named_pole": pole,
+        "named_pole_half": 1.96 * found.standard_error["pole_rad_s"],
+        "named_pole_off": 100 * (pole / POLE - 1),
+        "friction": sizes["coulomb_friction"]["volts_V"],
+        "friction_half": 1.96 * errors["coulomb_friction"]["volts_V"],
+        "sag": 100 * sizes["supply_sag"]["ratio"],
+        "sag_half": 196 * errors["supply_sag"]["ratio"],
+    }
 
 
 def _encoder_table() -> str:
@@ -126,40 +148,50 @@ def _delay(found: "Found") -> dict[str, float | str]:
     }
 
 
-COMPARED = ("", "measured", "exact model [95 %]", "paper's model")
+COMPARED = ("", "measured", "with friction and sag [95 %]", "exact linear model [95 %]", "paper's model")
 
 
-def _row(says: str, compared: Comparison, other: Comparison, unit: float = 1.0) -> tuple[str, ...]:
-    measured, exact, paper = (unit * each.value for each in (compared.measured, compared.predicted, other.predicted))
-    low, high = unit * compared.predicted.low, unit * compared.predicted.high
-    return says, f"{measured:.2f}", f"{exact:.2f} [{low:.2f}, {high:.2f}]", f"{paper:.2f}"
+def _row(says: str, compared: Iterable[Comparison], unit: float = 1.0) -> tuple[str, ...]:
+    named, exact, paper = compared
+    banded = [
+        f"{unit * each.value:.2f} [{unit * each.low:.2f}, {unit * each.high:.2f}]"
+        for each in (named.predicted, exact.predicted)
+    ]
+    return says, f"{unit * exact.measured.value:.2f}", *banded, f"{unit * paper.predicted.value:.2f}"
 
 
 def _open_loop(found: "Found") -> dict[str, float | str]:
-    ours, theirs = found.exactly.steps[0], found.as_published.steps[0]
+    steps = [each.steps[0] for each in (found.extended, found.exactly, found.as_published)]
+    named, ours, theirs = steps
     rows = [
-        _row("rise time, 10 to 90 % [ms]", ours.rise_time_s, theirs.rise_time_s, 1e3),
-        _row("final speed [rad/s]", ours.final_speed_rad_s, theirs.final_speed_rad_s),
+        _row("rise time, 10 to 90 % [ms]", (step.rise_time_s for step in steps), 1e3),
+        _row("final speed [rad/s]", (step.final_speed_rad_s for step in steps)),
     ]
     assert found.exactly.open_loop is not None and found.as_published.open_loop is not None
+    assert found.extended.open_loop is not None
     return {
         "step_table": table(COMPARED, rows),
         "trials": ours.trials,
         "exact_fit": found.exactly.open_loop.pooled.fit_percent,
+        "named_fit": found.extended.open_loop.pooled.fit_percent,
+        "named_chi2": found.extended.open_loop.pooled.chi2_per_sample,
+        "exact_chi2": found.exactly.open_loop.pooled.chi2_per_sample,
         "paper_fit": found.as_published.open_loop.pooled.fit_percent,
         "rise_low": 1e3 * ours.rise_time_s.measured.low,
         "rise_high": 1e3 * ours.rise_time_s.measured.high,
+        "named_rise": 1e3 * named.rise_time_s.predicted.value,
         "paper_rise": 1e3 * theirs.rise_time_s.predicted.value,
     }
 
 
 def _closed_loop(found: "Found") -> dict[str, float | str]:
-    ours, theirs = found.exactly.closed_loop[0], found.as_published.closed_loop[0]
+    loops = [each.closed_loop[0] for each in (found.extended, found.exactly, found.as_published)]
+    named, ours, theirs = loops
     rows = [
-        _row("rise time [ms]", ours.rise_time_s, theirs.rise_time_s, 1e3),
-        _row("overshoot [% of the final speed]", ours.overshoot_percent, theirs.overshoot_percent),
-        _row("steady error [rad/s]", ours.steady_error_rad_s, theirs.steady_error_rad_s),
-        _row("at the supply's limit [% of ticks]", ours.saturated_percent, theirs.saturated_percent),
+        _row("rise time [ms]", (loop.rise_time_s for loop in loops), 1e3),
+        _row("overshoot [% of the final speed]", (loop.overshoot_percent for loop in loops)),
+        _row("steady error [rad/s]", (loop.steady_error_rad_s for loop in loops)),
+        _row("at the supply's limit [% of ticks]", (loop.saturated_percent for loop in loops)),
     ]
     error = ours.theory_error_rad_s.value
     return {
@@ -169,6 +201,8 @@ def _closed_loop(found: "Found") -> dict[str, float | str]:
         "exact_error": error,
         "exact_error_rpm": error * 30 / np.pi,
         "paper_error": theirs.theory_error_rad_s.value,
+        "named_error_low": named.steady_error_rad_s.predicted.low,
+        "named_error_high": named.steady_error_rad_s.predicted.high,
         "measured_error": ours.steady_error_rad_s.measured.value,
         "smooth_error": ours.reference_rad_s / (1 + ours.gain_V_s_rad * GAIN),
         "saturated": ours.saturated_percent.measured.value,

@@ -6,6 +6,7 @@ Ours are of the bundled recording "paper", which the firmware made on the emulat
 has 0.2 V of friction. The extra delay is taken apart by benchmarks/delay.py on the bench's motor itself.
 """
 
+import dataclasses
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from matplotlib.figure import Figure
 
 from jaxmotor._files import write_text
 from jaxmotor.bench import resolution_table
+from jaxmotor.diagnosis import Diagnosis, diagnose, extended_model
 from jaxmotor.estimate import Fit, identify, model_of
 from jaxmotor.present import bode, bode_models, controller, encoder, position_drift, sine_fit, step_trials, zoh_bode
 from jaxmotor.present._style import BLUE, GREY, MEASURED, PURPLE, VERMILLION, panels, styled
@@ -39,8 +41,12 @@ class Found(NamedTuple):
     without_friction: Fit
     """By the paper's method, of a motor that is linear."""
     exactly_without_friction: Fit
+    named: Diagnosis
+    """Of the segments that are not held out."""
     exactly: Validation
     as_published: Validation
+    extended: Validation
+    """Of the motor with the effects that were named."""
     parts: dict[float, delay.Parts]
     """By friction [V]."""
 
@@ -59,14 +65,18 @@ def find() -> Found:
     held_out = [*steps[len(steps) // 2 :], *(index for index, kind in enumerate(kinds) if kind == "closed_loop")]
     exact = identify(recording, hold_out=held_out)
     paper = identify(recording, method="paper", hold_out=held_out)
+    rest = tuple(segment for index, segment in enumerate(recording.segments) if index not in held_out)
+    named = diagnose(dataclasses.replace(recording, segments=rest))
     return Found(
         recording,
         exact,
         paper,
         identify(bundled("linear"), method="paper"),
         identify(bundled("linear")),
+        named,
         validate(model_of(exact), recording),
         validate(model_of(paper), recording),
+        validate(extended_model(named), recording),
         {friction: delay.parts(friction) for friction in FRICTIONS_V},
     )
 
