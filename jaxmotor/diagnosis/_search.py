@@ -12,6 +12,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._solve import STEPS, Fitted, Solver, square_of
 from jaxmotor.diagnosis._suspects import Secant, Suspect, suspects
 from jaxmotor.motor.effects import EFFECTS, free_size, parameters
@@ -234,7 +235,8 @@ class Search:
         return best
 
     def refined(self, fitted: Fitted) -> Fitted:
-        return self.solver.fit(fitted.motor, fitted.speeds, FINE)
+        fitted = self.solver.fit(fitted.motor, fitted.speeds, FINE)
+        return polished(self.solver, fitted, FINE) if is_wide(fitted.template.effects) else fitted
 
     def pruned(self, fitted: Fitted) -> Fitted:
         """Without effects that it does not need: those that others took over."""

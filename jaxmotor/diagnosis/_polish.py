@@ -1,0 +1,56 @@
+"""A better fit beside one that is caught: the cost of a law with contacts has many dips, each a little off.
+
+Sizes of such a law are drawn around those found, the other parameters going with them as the linearisation says; the
+best of them are fitted, and the next round starts from there.
+"""
+
+import numpy as np
+
+from jaxmotor.diagnosis._free import OWN, motor_at, motors_at
+from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
+from jaxmotor.motor.effects import free_size
+
+ROUNDS = 4
+DRAWS = 14
+"""Of each spread."""
+SPREADS = (0.03, 0.08, 0.2)
+"""Relative."""
+FITTED = 2
+"""Of the motors drawn."""
+WIDE = 0.01
+"""Relative difference from which a law is one of these."""
+
+
+def polished(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
+    """`fitted`, or what is better around it, until a round finds nothing."""
+    rng = np.random.default_rng(0)
+    for _ in range(ROUNDS):
+        frees = _around(fitted, rng)
+        speeds = np.repeat(fitted.speeds[None], len(frees), axis=0)
+        found = solver.residuals(motors_at(fitted.template, frees), speeds, solver.width(fitted.motor))
+        order = np.argsort([square_of(residual) for residual in found])[:FITTED]
+        near = [solver.fit(motor_at(fitted.template, frees[k]), fitted.speeds, tolerance) for k in order]
+        best = min(near, key=lambda one: one.chi2)
+        if not best.chi2 < fitted.chi2:
+            break
+        fitted = best
+    return fitted
+
+
+def _around(fitted: Fitted, rng: np.random.Generator) -> np.ndarray:
+    """(k, p) free vectors."""
+    layout = fitted.layout
+    sizes = [(type(effect).difference > WIDE, free_size(effect)) for effect in fitted.template.effects]
+    drawn = np.array([False] * OWN + [wide for wide, size in sizes for _ in range(size)])
+    spread = np.repeat(SPREADS, DRAWS)[:, None]
+    moves = np.zeros((len(spread), len(drawn)))
+    moves[:, drawn] = spread * rng.normal(size=(len(spread), int(drawn.sum())))
+    finite = np.isfinite(layout.spread[~drawn])
+    prior = np.where(finite, 1 / np.where(finite, layout.spread[~drawn], 1.0), 0.0)
+    own, other = fitted.jacobian[:, ~drawn], fitted.jacobian[:, drawn]
+    normal = np.einsum("np,nq->pq", own, own) + np.diag(prior**2)
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    along = np.einsum("np,nq->pq", own, other) / scale[:, None]
+    going = -np.linalg.lstsq(normal / np.outer(scale, scale), along, rcond=1e-9)[0] / scale[:, None]
+    moves[:, ~drawn] = moves[:, drawn] @ going.T
+    return np.clip(fitted.free + moves, layout.low, layout.high)
