@@ -33,10 +33,23 @@ def test_one_effect_is_named_with_its_size(kind):
     assert outcome.right and outcome.verdict == "extended", outcome
     assert outcome.chi2_after < 1.1, outcome
     assert all(error < 10 for error in outcome.errors_percent), outcome
-    assert all(abs(z) < 5 for z in outcome.z), outcome
+    assert all(abs(z) < 5 for z in (*outcome.z, *outcome.linear_z)), outcome
 
 
-@pytest.mark.parametrize("seed", [101])
+def test_a_pole_that_depends_on_which_lag_it_is_says_so():
+    """A filtered log, for which a lag of the current does as well, with a pole 6 % lower."""
+    outcome = blind.test("sensor_lag", 92)
+    assert outcome.right and outcome.chi2_after < 1.05, outcome
+    assert all(abs(z) < 3 for z in outcome.linear_z), outcome
+
+
+def test_backlash_is_not_caught_beside_the_best_fit():
+    outcome = blind.test("backlash", 134)
+    assert outcome.right and outcome.chi2_after < 1.05, outcome
+    assert all(error < 10 for error in outcome.errors_percent), outcome
+
+
+@pytest.mark.parametrize("seed", [100, 101])
 def test_two_effects_are_named_and_nothing_else(seed):
     outcome = blind.test("pair", seed)
     assert outcome.right and outcome.chi2_after < 1.15, outcome

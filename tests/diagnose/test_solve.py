@@ -1,0 +1,38 @@
+"""Steps of a fit that may go only so far."""
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from jaxmotor.diagnosis._solve import _boxed
+
+
+def problem(seed):
+    """Rows, residual and box of a least-squares step whose columns are far from alike in size."""
+    rng = np.random.default_rng(seed)
+    size = int(rng.integers(2, 9))
+    rows = rng.normal(size=(60, size)) * 10.0 ** rng.uniform(-4, 4, size)
+    reach = np.abs(np.linalg.lstsq(rows, rng.normal(size=60), rcond=None)[0]) * rng.uniform(0.2, 5, size)
+    return rows, rng.normal(size=60), reach * rng.uniform(0.5, 1, size), reach
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_step_is_nearly_the_best_in_its_box(seed):
+    rows, residual, low, high = problem(seed)
+    step = _boxed(rows.T @ rows, -rows.T @ residual, -low, high)
+    assert np.all(-low * (1 + 1e-12) <= step) and np.all(step <= high * (1 + 1e-12))
+    best = lsq_linear(rows, -residual, (-low, high), method="bvls", tol=1e-14).x
+    gains = [residual @ residual - np.sum((residual + rows @ one) ** 2) for one in (step, best)]
+    assert gains[0] > 0.8 * gains[1]
+
+
+def test_without_a_box_it_is_least_squares():
+    rows, residual, _, _ = problem(0)
+    far = np.full(rows.shape[1], np.inf)
+    step = _boxed(rows.T @ rows, -rows.T @ residual, -far, far)
+    np.testing.assert_allclose(step, np.linalg.lstsq(rows, -residual, rcond=None)[0], rtol=1e-6)
+
+
+def test_one_short_element_does_not_shorten_the_others():
+    step = _boxed(np.diag([1.0, 1.0]), np.array([100.0, 0.5]), np.full(2, -1.0), np.full(2, 1.0))
+    np.testing.assert_allclose(step, [1.0, 0.5], rtol=1e-8)
