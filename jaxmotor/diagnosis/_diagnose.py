@@ -49,11 +49,12 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     """
     fit, refused = _linear_fit(recording, seed)
     study = study_of(recording, float(fit.motor.pole))
-    linear = study.solver.fit(linear_of(float(fit.motor.gain), float(fit.motor.pole)), tolerance=FINE)
+    first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
+    linear = study.solver.fit(first, tolerance=FINE)
     before = scored(study.solver, linear.motor, recording, study.packed)
     missing = _missing(study, linear.motor, before.traces)
     found_looks = looks(missing, seed)
-    search = _search(study, linear, found_looks)
+    search = _search(study, first, linear, found_looks)
     found, held = kept(study, search.run() if search else Found(linear, linear, ()), search)
     after = scored(study.solver, found.fitted.motor, recording, study.packed)
     left = _missing(study, found.fitted.motor, after.traces) if found.named else missing
@@ -99,12 +100,12 @@ def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | N
         return best_guess(recording, str(refused)), refused
 
 
-def _search(study: Study, linear: Fitted, found: tuple[Look, ...]) -> Search | None:
+def _search(study: Study, first: Motor, linear: Fitted, found: tuple[Look, ...]) -> Search | None:
     """For effects; none where something outside the motor moves it, which several effects would seem to explain."""
     if any(look.outside and look.share > OUTSIDE for look in found):
         return None
     rig = rig_of(study.recording, study.trial)
-    return Search(study.solver, linear, secants(study.solver, linear, rig))
+    return Search(study.solver, first, linear, secants(study.solver, linear, rig))
 
 
 def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVolts:

@@ -10,7 +10,7 @@ from jaxmotor.diagnosis._free import OWN, motor_at, motors_at
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor.effects import free_size
 
-ROUNDS = 4
+ROUNDS = 3
 DRAWS = 14
 """Of each spread."""
 SPREADS = (0.03, 0.08, 0.2)

@@ -26,6 +26,7 @@ SURE, HOPE = 2, 3.0
 CRAWLED = 3
 """Steps in a row that bring next to nothing of what they promise, after which a fit is left where it is."""
 FIRST_ROWS = 3
+DAMPINGS = 1e-9 + np.geomspace(1e-4, 1e6, 21)
 DAMPING = 1e-9
 """Of the balanced normal equations, for what the recording does not show."""
 SPEED_STEP = 0.05
@@ -183,16 +184,17 @@ class Solver:
         if not np.isfinite(normal).all() or not np.isfinite(right).all():
             return None
         low, high = layout.low - at.free, layout.high - at.free
-        whole = _boxed(normal, right, low, high)
         # What has a prior is held back by that, and by its bounds.
         longest = np.where(finite, np.inf, layout.longest)
+        whole = _boxed(normal, right, low, high)
         step = whole
         if (np.abs(whole) > longest).any():
-            step = _boxed(normal, right, np.maximum(low, -longest), np.minimum(high, longest))
+            low, high = np.maximum(low, -longest), np.minimum(high, longest)
+            tried = [_boxed(normal, right, low, high), _damped(normal, right, low, high)]
+            step = max(tried, key=lambda one: _gain(normal, right, one))
         initial = square_of(at.residual) - square_of(residual)
         speeds = None if shift is None else -shift[:, 0] - shift[:, 1:] @ step
-        promises = [float(2 * right @ moved - moved @ normal @ moved) + initial for moved in (step, whole)]
-        return _Step(step, speeds, *promises)
+        return _Step(step, speeds, *(_gain(normal, right, one) + initial for one in (step, whole)))
 
     def _project(self, columns: np.ndarray, starts: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
         """`columns` (n, c) without what initial speeds explain, and the speeds (k, c) that explain it."""
@@ -282,6 +284,22 @@ def _boxed(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndar
         held[worst] = True
         step[worst] = np.clip(step[worst], low[worst], high[worst])
     return step
+
+
+def _damped(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The step whose damping is just enough that it stays between `low` and `high` (Marquardt): where elements only
+    help together, none of them may be held alone."""
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    damped = normal / np.outer(scale, scale) + DAMPINGS[:, None, None] * np.eye(len(right))
+    rights = np.broadcast_to((right / scale)[:, None], (len(damped), len(right), 1))
+    steps = np.linalg.solve(damped, rights)[..., 0] / scale
+    inside = ((low <= steps) & (steps <= high)).all(axis=1)
+    return np.clip(steps[int(np.argmax(inside)) if inside.any() else -1], low, high)
+
+
+def _gain(normal: np.ndarray, right: np.ndarray, step: np.ndarray) -> float:
+    """By how much the linearisation lowers the cost."""
+    return float(2 * right @ step - step @ normal @ step)
 
 
 def square_of(residual: np.ndarray) -> float:
