@@ -6,7 +6,7 @@ best of them are fitted, and the next round starts from there.
 
 import numpy as np
 
-from jaxmotor.diagnosis._free import OWN, motor_at, motors_at
+from jaxmotor.diagnosis._free import OWN, is_wide, motor_at, motors_at
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor.effects import free_size
 
@@ -17,8 +17,6 @@ SPREADS = (0.03, 0.08, 0.2)
 """Relative."""
 FITTED = 2
 """Of the motors drawn."""
-WIDE = 0.01
-"""Relative difference from which a law is one of these."""
 
 
 def polished(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
@@ -40,7 +38,7 @@ def polished(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
 def _around(fitted: Fitted, rng: np.random.Generator) -> np.ndarray:
     """(k, p) free vectors."""
     layout = fitted.layout
-    sizes = [(type(effect).difference > WIDE, free_size(effect)) for effect in fitted.template.effects]
+    sizes = [(is_wide((effect,)), free_size(effect)) for effect in fitted.template.effects]
     drawn = np.array([False] * OWN + [wide for wide, size in sizes for _ in range(size)])
     spread = np.repeat(SPREADS, DRAWS)[:, None]
     moves = np.zeros((len(spread), len(drawn)))

@@ -2,8 +2,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from conftest import COUNTS
 from figures import check, labels, line
+from present_rig import COUNTS
 
 from jaxmotor.estimate import fit_percent
 from jaxmotor.present import residuals, simulation

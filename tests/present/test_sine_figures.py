@@ -2,8 +2,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from conftest import COUNTS, GAIN, PERIOD, POLE, Rig
 from figures import check, labels, line
+from present_rig import COUNTS, GAIN, PERIOD, POLE, Rig
 
 from jaxmotor import JaxmotorError
 from jaxmotor.present import position_drift, sine_fit

@@ -3,12 +3,12 @@
 import dataclasses
 
 import pytest
-from conftest import AWKWARD
 from figures import check
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from present_rig import AWKWARD
 
 from jaxmotor.present import position_drift, simulation
 from jaxmotor.present._style import plain

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from conftest import AWKWARD
 from figures import bands, check, labels, line
+from present_rig import AWKWARD
 
 from jaxmotor import JaxmotorError
 from jaxmotor.present import Compared, closed_loop, controller, step, step_trials
