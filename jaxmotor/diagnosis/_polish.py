@@ -4,9 +4,12 @@ Sizes of such a law are drawn around those found, the other parameters going wit
 best of them are fitted, and the next round starts from there.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from jaxmotor.diagnosis._free import OWN, is_wide, motor_at, motors_at
+from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor.effects import free_size
 
@@ -27,12 +30,16 @@ def polished(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
         speeds = np.repeat(fitted.speeds[None], len(frees), axis=0)
         found = solver.residuals(motors_at(fitted.template, frees), speeds, solver.width(fitted.motor))
         order = np.argsort([square_of(residual) for residual in found])[:FITTED]
-        near = [solver.fit(motor_at(fitted.template, frees[k]), fitted.speeds, tolerance) for k in order]
+        near = side_by_side(_fit_from(solver, fitted, tolerance), [frees[k] for k in order])
         best = min(near, key=lambda one: one.chi2)
         if not best.chi2 < fitted.chi2:
             break
         fitted = best
     return fitted
+
+
+def _fit_from(solver: Solver, fitted: Fitted, tolerance: float) -> Callable[[np.ndarray], Fitted]:
+    return lambda free: solver.fit(motor_at(fitted.template, free), fitted.speeds, tolerance)
 
 
 def _around(fitted: Fitted, rng: np.random.Generator) -> np.ndarray:
