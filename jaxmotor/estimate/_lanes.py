@@ -170,7 +170,8 @@ def _fill(lanes: Lanes, cells: tuple[int, slice], recording: Recording, piece: P
 def _turned(recording: Recording, segment: Segment, time: np.ndarray, rows: slice, unit: float) -> np.ndarray:
     """Turned from each row's voltage to the next one's [`unit` rad; counts are their own unit]."""
     if segment.count is not None:
-        return np.diff(at_duty(recording, segment.count[rows], time))
+        # From the first on: a running counter may be beyond what floats hold exactly.
+        return np.diff(at_duty(recording, segment.count[rows] - segment.count[rows.start], time))
     if segment.angle_rad is not None:
         return np.diff(at_duty(recording, segment.angle_rad[rows], time)) / unit
     assert segment.speed_rad_s is not None

@@ -9,6 +9,7 @@ final speed over its voltage (eq. 15). With the gain known the pole minimises
 (eq. 16-19) where G ZOH is the continuous approximation of eq. 4. Voltages are the nominal ones of the header.
 """
 
+import dataclasses
 from typing import NamedTuple
 
 import equinox as eqx
@@ -45,7 +46,8 @@ def fit_paper(recording: Recording, segments: tuple[int, ...]) -> PaperFit:
             f"{recording.name}: the paper's method needs sine segments of at least two frequencies with even ticks; "
             "use --method exact, or record sines"
         )
-    response = _paper_sines(sine_data(recording, segments))
+    # As published: of when a duty acts after its count it knows nothing.
+    response = _paper_sines(sine_data(dataclasses.replace(recording, duty_delay_s=None), segments))
     gain, gain_error = _gain(recording, segments)
     start = linear_start(response.frequency_Hz, response.response * _turn(response), response.period_s)
     pole, pole_error = fit_paper_pole(response, jnp.asarray(gain), start.pole)

@@ -65,5 +65,8 @@ def _agreed(recordings: Sequence[Recording], name: str) -> Any:
     if name in MEANS and stated and len(stated) < len(recordings):
         other = next(one for one in recordings if getattr(one, name) is None)
         what = SHARED[name].format(f"{getattr(stated[0], name)}")
-        raise RecordingError(f"{stated[0].name} has {what}, {other.name} states none; import it again with the same")
+        raise RecordingError(
+            f"{stated[0].name} has {what}, {other.name} states none; "
+            "import it again with the same, or state it in its header"
+        )
     return values.pop() if values else None
