@@ -80,8 +80,12 @@ def draw(kinds: tuple[str, ...], seed: int, scale: float = 1.0) -> Hidden:
 
 def draw_pair(seed: int) -> Hidden:
     """Two different effects at random, none of `SAME`."""
+    return draw(pair_of(seed), seed)
+
+
+def pair_of(seed: int) -> tuple[str, str]:
     pairs = [pair for pair in itertools.combinations(SINGLE, 2) if set(pair) not in SAME]
-    return draw(pairs[int(np.random.default_rng(seed).integers(len(pairs)))], seed)
+    return pairs[int(np.random.default_rng(seed).integers(len(pairs)))]
 
 
 def _check_kinds(kinds: tuple[str, ...]) -> None:

@@ -17,7 +17,7 @@ from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._score import scored
-from jaxmotor.diagnosis._search import EXPLAINED, FINE, GAIN, RIVALRY, SAME, Found, Named, Search, enough
+from jaxmotor.diagnosis._search import EXPLAINED, FINE, GAIN, RIVALRY, SAME, Found, Search, enough
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._suspects import secants
@@ -51,12 +51,12 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     study = study_of(recording, float(fit.motor.pole))
     first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
     linear = study.solver.fit(first, tolerance=FINE)
-    before = scored(study.solver, linear.motor, recording, study.packed)
+    before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
     missing = _missing(study, linear.motor, before.traces)
     found_looks = looks(missing, seed)
     search = _search(study, first, linear, found_looks)
     found, held = kept(study, search.run() if search else Found(linear, linear, ()), search)
-    after = scored(study.solver, found.fitted.motor, recording, study.packed)
+    after = scored(study.solver, found.fitted.motor, recording, study.packed, found.fitted.speeds)
     left = _missing(study, found.fitted.motor, after.traces) if found.named else missing
     left_looks = looks(left, seed) if found.named else found_looks
     verdict = _verdict(found, found_looks, left, left_looks)
@@ -127,28 +127,29 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
     rig = rig_of(study.recording, study.trial)
     errors = effect_errors(found.fitted, spread, rig)
     effects = []
-    for effect, error, named in zip(found.fitted.motor.effects, errors, found.named, strict=True):
+    rivals = _rivals(held, found)
+    for effect, error in zip(found.fitted.motor.effects, errors, strict=True):
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
-        rivals = _rivals(held, found, named)
-        effects.append(FoundEffect(effect, error, gain, rivals, _unknown(effect, error)))
+        effects.append(FoundEffect(effect, error, gain, rivals[effect.name], _unknown(effect, error)))
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
 
 
-def _rivals(held: HeldOut, found: Found, named: Named) -> tuple[Rival, ...]:
-    rivals = []
-    others = named.rivals[:RIVALS]
+def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:
+    """Of each effect."""
+    pairs = [(named, other) for named in found.named for other in named.rivals[:RIVALS]]
     bar = held.fitted.chi2 + RIVALRY
-    drifts = side_by_side(lambda other: held.drift(other.motor, other, bar), others)
-    for other, drift in zip(others, drifts, strict=True):
+    drifts = side_by_side(lambda pair: held.drift(pair[1].motor, pair[1], bar), pairs)
+    rivals: dict[str, list[Rival]] = {named.name: [] for named in found.named}
+    for (named, other), drift in zip(pairs, drifts, strict=True):
         name = next(name for name in other.names if name not in found.fitted.names)
         if drift > held.before.drift:
             continue  # it explains nothing
         excess = drift - held.after.drift
         same = any({name, named.name} == pair for pair in SAME[:1])
         close = excess < CLOSE
-        rivals.append(Rival(name, excess, bool(same or close)))
-    return tuple(sorted(rivals, key=lambda rival: rival.chi2_excess))
+        rivals[named.name].append(Rival(name, excess, bool(same or close)))
+    return {name: tuple(sorted(its, key=lambda rival: rival.chi2_excess)) for name, its in rivals.items()}
 
 
 def _twins(found: Found, effects: tuple[FoundEffect, ...]) -> dict[tuple[str, str], Fitted]:

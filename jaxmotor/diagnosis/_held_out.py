@@ -28,6 +28,8 @@ class HeldOut:
     segments: tuple[int, ...]
     own: bool
     """The recording was long enough for it."""
+    cut: bool
+    """Segments were cut for it: pieces are others than those of the whole."""
     train: Solver
     test: Solver
     study: Study
@@ -35,17 +37,21 @@ class HeldOut:
     fitted: Fitted
     before: Scored
     after: Scored
+    shorter: dict[str, float] = dataclasses.field(default_factory=dict)
+    """chi2 without each effect that was asked for (`without`)."""
 
     def drift(self, motor: Motor, start: Fitted, bar: float = math.inf) -> float:
         """chi2 of `motor`, refitted to the fitted part, on the part held out; roughly where it is above `bar`."""
-        refitted = self.train.fit(motor, start.speeds, 2e-5, bar=bar)
-        return scored(self.test, refitted.motor, self.study.recording, self.study.packed).drift
+        refitted = self.train.fit(motor, None if self.cut else start.speeds, 2e-5, bar=bar)
+        return scored(self.test, refitted.motor, self.study.recording, self.study.packed, refitted.speeds).drift
 
     def without(self, name: str) -> float:
         """chi2 of the extended motor without the effect `name`, refitted to the fitted part, on the part held out."""
         if len(self.fitted.names) == 1:
             return self.before.drift
-        return self.drift(without_effect(self.fitted.motor, name), self.fitted)
+        if name not in self.shorter:
+            self.shorter[name] = self.drift(without_effect(self.fitted.motor, name), self.fitted)
+        return self.shorter[name]
 
 
 def kept(study: Study, found: Found, search: Search | None) -> tuple[Found, HeldOut]:
@@ -74,8 +80,8 @@ def hold_out(study: Study, found: Found) -> HeldOut:
     """The motors of `found` refitted to two thirds of the segments (`split`)."""
     recording = study.recording
     parts, segments = split(recording)
-    own = bool(segments)
-    if parts is not recording:
+    own, cut = bool(segments), parts is not recording
+    if cut:
         study = study_of(parts, float(found.linear.motor.linear.pole))
     if own:
         out = study.rows(segments)
@@ -83,9 +89,9 @@ def hold_out(study: Study, found: Found) -> HeldOut:
     else:
         segments = tuple(int(k) for k in np.unique(study.packed.segment_of[study.trial.valid]))
         train = test = study.solver
-    linear, fitted = (train.fit(one.motor, tolerance=FINE) for one in (found.linear, found.fitted))
-    before, after = (scored(test, one.motor, study.recording, study.packed) for one in (linear, fitted))
-    return HeldOut(segments, own, train, test, study, linear, fitted, before, after)
+    linear, fitted = (train.fit(one.motor, None if cut else one.speeds, FINE) for one in (found.linear, found.fitted))
+    before, after = (scored(test, one.motor, study.recording, study.packed, one.speeds) for one in (linear, fitted))
+    return HeldOut(segments, own, cut, train, test, study, linear, fitted, before, after)
 
 
 def worth_of(segments: tuple[int, ...], before: Scored, after: Scored, seed: int) -> Worth:

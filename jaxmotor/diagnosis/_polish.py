@@ -39,7 +39,7 @@ def polished(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
 
 
 def _fit_from(solver: Solver, fitted: Fitted, tolerance: float) -> Callable[[np.ndarray], Fitted]:
-    return lambda free: solver.fit(motor_at(fitted.template, free), fitted.speeds, tolerance)
+    return lambda free: solver.fit(motor_at(fitted.template, free), fitted.speeds, tolerance, bar=fitted.chi2)
 
 
 def _around(fitted: Fitted, rng: np.random.Generator) -> np.ndarray:

@@ -27,9 +27,12 @@ class Scored:
     traces: tuple[Trace, ...]
 
 
-def scored(solver: Solver, motor: Motor, recording: Recording, packed: Packed) -> Scored:
-    """`motor` on the solver's rows. Pieces that begin in motion begin at the speed that fits them best."""
-    speeds = begins(solver, motor)
+def scored(
+    solver: Solver, motor: Motor, recording: Recording, packed: Packed, speeds: np.ndarray | None = None
+) -> Scored:
+    """`motor` on the solver's rows. Pieces that begin in motion begin at the speed that fits them best, sought from
+    `speeds` (k,) [rad/s] or from what their first rows show."""
+    speeds = begins(solver, motor, speeds)
     plain, residual = solver.seen(motor, speeds)
     used = np.zeros(plain.size, bool)
     used[solver.cells] = True
@@ -45,9 +48,10 @@ def scored(solver: Solver, motor: Motor, recording: Recording, packed: Packed) -
     return Scored(score, square_of(residual) / max(len(residual), 1), by_segment, traces)
 
 
-def begins(solver: Solver, motor: Motor) -> np.ndarray:
+def begins(solver: Solver, motor: Motor, speeds: np.ndarray | None = None) -> np.ndarray:
     """The initial speed of each piece that fits it best under `motor` [rad/s]; zero where it begins at rest."""
-    speeds, step = solver.starts, np.zeros_like(solver.starts)
+    speeds = solver.starts if speeds is None else speeds
+    step = np.zeros_like(speeds)
     least = np.full(len(speeds), np.inf)
     pair, width = together([motor, motor]), solver.width(motor)
     for _ in range(3 if solver.free_pieces else 0):

@@ -17,6 +17,7 @@ from jaxmotor.diagnosis._solve import STEPS, Fitted, Solver, square_of
 from jaxmotor.diagnosis._suspects import Secant, Suspect, suspects
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import EFFECTS, free_size, parameters
+from jaxmotor.motor.effects._base import AbstractLoadEffect
 
 LEADERS = 7
 """Effects that are fitted of those that the scores rank, and those that scores judge badly: a law that changes the
@@ -37,7 +38,8 @@ HINT = 0.25
 """Part of `GAIN` that such a score must promise."""
 BEAM = 3
 FAR = (12.0, 3.0)
-"""Leaders of one effect, and of two, are extended that leave at most this many times as much over as the best."""
+"""Leaders of one effect, and of two, are extended that leave at most this many times as much over as the best, and in
+any case laws that the best contains: a law with more parameters may take up what another effect does."""
 RICHER = 0.7
 """Part of what a law leaves over that a law which contains it must not exceed, to be extended in its place."""
 DEPTH = 3
@@ -158,7 +160,7 @@ class Search:
         """The effects; none if nothing pays."""
         best, beam, halves = self.linear, [self.linear], []
         for depth in range(DEPTH):
-            extended = [fitted for base in beam for fitted in self.extensions(base)]
+            extended = [fitted for found in self.extended(beam) for fitted in found]
             extended += [fitted for half in halves for fitted in self.completions(half)]
             beam = _plain(_different(ordered(extended)))[:BEAM]
             halves = [fitted for fitted in extended if fitted not in beam and _beside(fitted)]
@@ -167,7 +169,8 @@ class Search:
             best = beam[0]
             if best.chi2 < enough(best.names, ENOUGH):
                 break
-            beam = [fitted for fitted in beam if fitted.chi2 - 1 < FAR[min(depth, 1)] * max(best.chi2 - 1, GAIN)]
+            near = FAR[min(depth, 1)] * max(best.chi2 - 1, GAIN)
+            beam = [fitted for fitted in beam if fitted.chi2 - 1 < near or _is_simpler(fitted, best)]
         return self.settled(self.pruned(best))
 
     def settled(self, fitted: Fitted) -> Found:
@@ -175,27 +178,32 @@ class Search:
         best, named = self.contested(fitted)
         return Found(self.linear, self.refined(best) if named else self.linear, named)
 
-    def extensions(self, base: Fitted, contest: bool = False) -> list[Fitted]:
-        """`base` with one effect more, fitted, the best first; in a contest only what scores well."""
-        key = frozenset(base.names)
-        if key not in self.known:
-            ranked = suspects(base, self.secants)
-            found = self.fitted(base, ranked, _leaders(base, ranked, contest))
-            found += self.likewise(ordered(found)[:1], ranked)
-            self.known[key] = _best_each(found)
-        return self.known[key]
+    def extended(self, bases: list[Fitted], holder: Fitted | None = None) -> list[list[Fitted]]:
+        """Each of `bases` with one effect more, fitted, the best first; against a `holder` only what scores well.
 
-    def fitted(self, base: Fitted, ranked: dict[str, list[Suspect]], leaders: list[str]) -> list[Fitted]:
-        """`base` with each of `leaders`: the first ones, then the rest, and rough laws, which take long, at last."""
-        rough = [name for name in leaders[FIRST:] if is_wide((ranked[name][0].effect,))]
-        others = [name for name in leaders[FIRST:] if name not in rough]
-        found: list[Fitted] = []
-        for names in (leaders[:FIRST], others, rough):
-            least = min((fitted.chi2 for fitted in found), default=math.inf)
-            if names is rough and least < NEARLY:
-                names = _as_good(ranked, rough)
-            found += side_by_side(functools.partial(self.best_of, base, least=least), [ranked[name] for name in names])
-        return found
+        All of them side by side: what is fitted after one of them explained everything, is fitted with less patience.
+        """
+        new = [base for base in bases if frozenset(base.names) not in self.known]
+        ranked = side_by_side(lambda base: suspects(base, self.secants), new)
+        stages = [
+            _Stage(base, its, _leaders(base, its, holder is not None)) for base, its in zip(new, ranked, strict=True)
+        ]
+        self.fit(stages, math.inf if holder is None else holder.chi2)
+        for stage in stages:
+            self.known[frozenset(stage.base.names)] = _best_each(stage.found)
+        return [self.known[frozenset(base.names)] for base in bases]
+
+    def fit(self, stages: list["_Stage"], least: float) -> None:
+        """Each stage's leaders: the first ones, then the rest, then laws of two masses, which take long, and kin."""
+        for turn in range(4):
+            least = min([least, *(fitted.chi2 for stage in stages for fitted in stage.found)])
+            tasks = [(stage, stage.ranked[name]) for stage in stages for name in stage.turn(turn, least)]
+            best = functools.partial(self.best_of, least=least)
+            fitted = side_by_side(lambda task, best=best: best(task[0].base, task[1]), tasks)
+            for (stage, _), one in zip(tasks, fitted, strict=True):
+                stage.found.append(one)
+        for stage in stages:
+            stage.found.extend(self.likewise(ordered(stage.found)[:1], stage.ranked))
 
     def likewise(self, best: list[Fitted], ranked: dict[str, list[Suspect]]) -> list[Fitted]:
         """Where the effect that was added last is one of `KIN`, the others in its place, from its own motor."""
@@ -223,25 +231,28 @@ class Search:
 
         `least` is the chi2 that another effect in its place leaves.
         """
-        best: Fitted | None = None
         explained = least < NEARLY
-        steps, bar = (HASTY, least + RIVALRY) if explained else (STEPS, base.chi2 - 0.5 * GAIN)
+        steps, bar = HASTY if explained else STEPS, self.bar(base, least)
         if starts[0].effect.beside:
             bar = math.inf
         # Of laws with a single shape all starts lead to one place.
         single = explained or len({_shape(start) for start in starts}) == 1
+        fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE, steps=steps, bar=bar)
+        fitted: list[Fitted] = []
         for start in starts[: 1 if single else 2]:
-            fitted = self.solver.fit(start.motor, base.speeds, COARSE, steps, bar)
-            if base.chi2 > DOUBT and not explained and not base.names and fitted.chi2 > LITTLE * base.chi2:
+            fitted.append(fit(start.motor))
+            if base.chi2 > DOUBT and not base.names and min(least, fitted[-1].chi2) > LITTLE * base.chi2:
                 # Without the effect, gain and pole may have gone where it does not show.
-                beside = self.solver.fit(with_effect(self.first, start.effect), base.speeds, COARSE, steps, bar)
-                fitted = min(fitted, beside, key=lambda one: one.chi2)
-            if best is None or fitted.chi2 < best.chi2:
-                best = fitted
-            if best.chi2 < ENOUGH:
+                fitted.append(fit(with_effect(self.first, start.effect)))
+            if min(one.chi2 for one in fitted) < ENOUGH:
                 break
-        assert best is not None
-        return best
+        return min(fitted, key=lambda one: one.chi2)
+
+    def bar(self, base: Fitted, least: float) -> float:
+        """chi2 that a further effect must reach to be worth its fit."""
+        if least < NEARLY:
+            return least + RIVALRY
+        return min(base.chi2 - 0.5 * GAIN, 1 + FAR[min(len(base.names), 1)] * max(least - 1, GAIN))
 
     def refined(self, fitted: Fitted) -> Fitted:
         fitted = self.solver.fit(fitted.motor, fitted.speeds, FINE)
@@ -262,19 +273,41 @@ class Search:
 
     def contested(self, fitted: Fitted) -> tuple[Fitted, tuple[Named, ...]]:
         """`fitted` with each effect exchanged for any that does better in its place, and the rivals of each."""
-        named: list[Named] = []
-        for _ in range(len(fitted.names) + 1):
-            named = []
-            for name in fitted.names:
-                base = self.linear if len(fitted.names) == 1 else self.without(fitted, name)
-                others = [other for other in self.extensions(base, contest=True) if name not in other.names]
-                if others and ordered([fitted, others[0]])[0] is others[0]:
-                    fitted = others[0]
-                    break
-                named.append(Named(name, tuple(others)))
-            else:
-                return fitted, tuple(named)
-        return fitted, tuple(named)
+        for _ in fitted.names:
+            named = self.named(fitted)
+            best = ordered([fitted, *(one.rivals[0] for one in named if one.rivals)])[0]
+            if best is fitted:
+                return fitted, named
+            fitted = best
+        return fitted, self.named(fitted)
+
+    def named(self, fitted: Fitted) -> tuple[Named, ...]:
+        """The effects of `fitted`, each with what else could be in its place."""
+        alone = len(fitted.names) == 1
+        bases = [self.linear] if alone else side_by_side(functools.partial(self.without, fitted), fitted.names)
+        return tuple(
+            Named(name, tuple(other for other in others if name not in other.names))
+            for name, others in zip(fitted.names, self.extended(bases, fitted), strict=True)
+        )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Stage:
+    """A motor that is given one effect more."""
+
+    base: Fitted
+    ranked: dict[str, list[Suspect]]
+    leaders: list[str]
+    found: list[Fitted] = dataclasses.field(default_factory=list)
+
+    def turn(self, number: int, least: float) -> list[str]:
+        """Leaders whose turn it is, 0 to 3; `least` is the chi2 of the best before."""
+        loads = [name for name in self.leaders if isinstance(self.ranked[name][0].effect, AbstractLoadEffect)]
+        others = [name for name in self.leaders if name not in loads]
+        rough = [name for name in loads if is_wide((self.ranked[name][0].effect,))]
+        if number == 3 and least < NEARLY:
+            return _as_good(self.ranked, rough)
+        return (others[:FIRST], others[FIRST:], [name for name in loads if name not in rough], rough)[number]
 
 
 def _leaders(base: Fitted, ranked: dict[str, list[Suspect]], contest: bool) -> list[str]:
@@ -344,12 +377,15 @@ def _plain(fitted: list[Fitted]) -> list[Fitted]:
     """Without those whose law contains that of another and leaves nearly as much: an exchange comes to them later."""
 
     def in_vain(one: Fitted, other: Fitted) -> bool:
-        own, others = set(one.names) - set(other.names), set(other.names) - set(one.names)
-        if len(own) != 1 or len(others) != 1:
-            return False
-        return others.pop() in EFFECTS[own.pop()].contains and one.chi2 - 1 > RICHER * (other.chi2 - 1)
+        return _is_simpler(other, one) and one.chi2 - 1 > RICHER * (other.chi2 - 1)
 
     return [one for one in fitted if not any(in_vain(one, other) for other in fitted)]
+
+
+def _is_simpler(one: Fitted, other: Fitted) -> bool:
+    """`one` has in the place of one law of `other` a law that this contains."""
+    own, others = set(one.names) - set(other.names), set(other.names) - set(one.names)
+    return len(own) == len(others) == 1 and own.pop() in EFFECTS[others.pop()].contains
 
 
 def _shape(start: Suspect) -> tuple[float, ...]:

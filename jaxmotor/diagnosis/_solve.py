@@ -16,11 +16,14 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_at, motors_at, together
+from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._seen import residuals_program
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 
 STEPS = 25
+WIDE_STEPS, WIDE_TOLERANCE = 8, 2e-4
+"""Of laws with events: their cost has dips of that depth."""
 SURE, HOPE = 2, 3.0
 """Steps after which a fit may be given up, and how many times what a step promises it may still hope for."""
 CRAWLED = 3
@@ -83,12 +86,13 @@ class Solver:
 
     def residuals(self, motors: Motor, speeds: np.ndarray, width: int) -> np.ndarray:
         """(k, n) filtered residuals of motors whose leaves are (k,), `width` of them at a time."""
-        parts = []
-        for begin in range(0, len(speeds), width):
+
+        def part(begin: int) -> np.ndarray:
             chosen = slice(begin, begin + width)
-            part = jax.tree.map(operator.itemgetter(chosen), motors)
-            parts.append(self.rows(self._program(part, speeds[chosen], width)["drift"])[: len(speeds[chosen])])
-        return np.concatenate(parts)
+            found = self._program(jax.tree.map(operator.itemgetter(chosen), motors), speeds[chosen], width)
+            return self.rows(found["drift"])[: len(speeds[chosen])]
+
+        return np.concatenate(side_by_side(part, range(0, len(speeds), width)))
 
     def seen(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(lane, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
@@ -108,9 +112,10 @@ class Solver:
         return residuals_program(jax.tree.map(filled, motors), filled(speeds), self.trial)
 
     def width(self, motor: Motor) -> int:
-        """Motors simulated side by side: as many as a Jacobian needs, but few different numbers."""
-        sides = 2 if is_wide(motor.effects) else 1
-        return 2 * math.ceil((1 + sides * len(layout_of(motor.effects).names) + self.free_pieces) / 2)
+        """Motors in one program: as many as a Jacobian needs, or half as many where that is long, in even numbers."""
+        wide = is_wide(motor.effects)
+        needed = 1 + (2 if wide else 1) * len(layout_of(motor.effects).names) + self.free_pieces
+        return 2 * math.ceil(needed / (4 if wide else 2))
 
     def linearise(self, template: Motor, free: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray, Any]:
         """Residual (n,), Jacobian (n, p) and the column (n,) of the initial speeds, if any is free."""
@@ -149,9 +154,11 @@ class Solver:
         free = free_of(motor)
         speeds = self.starts if speeds is None else speeds
         layout = layout_of(motor.effects)
+        if is_wide(motor.effects):
+            tolerance, steps = max(tolerance, WIDE_TOLERANCE), min(steps, WIDE_STEPS)
         at = _At(free, speeds, *self.linearise(motor, free, speeds))
         settled, crawled = False, 0
-        for number in range(min(steps, STEPS // 3) if is_wide(motor.effects) else steps):
+        for number in range(steps):
             step = self._step(at, layout)
             least = tolerance * max(square_of(at.residual), len(at.residual))
             if step is None or step.promise < least:
@@ -239,11 +246,11 @@ def _first_speeds(trial: Trial, pieces: int) -> np.ndarray:
     """Of each piece that does not begin at rest, the mean of what its first rows show [rad/s]; else zero."""
     lanes = trial.problem.lanes
     speeds = np.zeros(pieces)
+    valid, piece = np.asarray(lanes.valid), np.asarray(lanes.piece)
     for lane, row in zip(*np.nonzero(np.asarray(lanes.free)), strict=True):
-        cells = (lane, slice(row, row + FIRST_ROWS))
-        used = np.asarray(lanes.valid)[cells] & (np.asarray(lanes.piece)[cells] == lanes.piece[lane, row])
-        if used.any():
-            speeds[lanes.piece[lane, row]] = float(np.asarray(lanes.observed)[cells][used].mean())
+        used = np.flatnonzero(valid[lane] & (piece[lane] == piece[lane, row]))[:FIRST_ROWS]
+        if used.size:
+            speeds[piece[lane, row]] = float(np.asarray(lanes.observed)[lane, used].mean())
     duration = float(np.asarray(trial.log.duration))
     return speeds * float(trial.problem.unit) / (duration if trial.problem.kind == "turn" else 1.0)
 

@@ -1,5 +1,6 @@
 """From recordings to motors: sine fit, response fit, trajectory fit, and how sure each is."""
 
+from jaxmotor.estimate._beginnings import without_beginnings as without_beginnings
 from jaxmotor.estimate._electrical import electrical_check as electrical_check
 from jaxmotor.estimate._fingerprint import fingerprint as fingerprint
 from jaxmotor.estimate._fit import Fit as Fit

@@ -13,6 +13,8 @@ from jaxmotor.recording._text import limit_rows
 from jaxmotor.recording._units import Scale, split_input
 
 HOLD_S = 1.0
+PAUSE_S = 1.0
+"""Between one state and the next."""
 
 
 def import_steady(
@@ -57,7 +59,7 @@ def import_steady(
     segments = [
         Segment(
             kind="other",
-            start_s=number * (hold + period),
+            start_s=number * (hold + PAUSE_S),
             at_rest=False,
             parameters={"steady": True},
             time_s=tick * period,

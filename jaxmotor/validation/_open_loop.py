@@ -3,7 +3,18 @@
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmotor.estimate import Model, Packed, Trace, as_problem, chi2_per_sample, fit_percent, pack, pieces_of, traces_of
+from jaxmotor.estimate import (
+    Model,
+    Packed,
+    Trace,
+    as_problem,
+    chi2_per_sample,
+    fit_percent,
+    pack,
+    pieces_of,
+    traces_of,
+    without_beginnings,
+)
 from jaxmotor.recording import Recording
 from jaxmotor.validation._draws import psi_of
 from jaxmotor.validation._effects_open import follow_with_effects
@@ -18,6 +29,8 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     it best: one number for each. The model's voltage offset counts as part of the rig.
     """
     packed = pack(recording, segments)
+    if model.effects:
+        packed = without_beginnings(recording, packed)
     _, residual = followed(model, recording, packed)
     scored = np.unique(packed.segment_of[packed.lanes.valid])
     free = packed.segment_of[packed.lanes.free > 0]

@@ -59,3 +59,20 @@ def test_two_effects_are_named_and_nothing_else(seed):
 def test_what_no_effect_explains_gets_no_name(kind):
     outcome = blind.test(kind, 100)
     assert outcome.verdict == "unexplained" and not outcome.named, outcome
+
+
+@pytest.mark.usefixtures("emulator")
+def test_friction_with_drag_is_no_stiction():
+    """Whose three parameters take up most of both."""
+    outcome = blind.test("pair", 304, board=True)
+    assert outcome.right and outcome.chi2_after < 1.05, outcome
+
+
+@pytest.mark.usefixtures("emulator")
+@pytest.mark.parametrize("kind", ["none", "transport_delay"])
+def test_recordings_of_the_firmware(kind):
+    """Some of its ramps follow each other without a rest: what was applied before one still acts in it."""
+    outcome = blind.test(kind, 2, board=True)
+    assert outcome.right and outcome.verdict != "unexplained", outcome
+    assert outcome.chi2_after < 1.05, outcome
+    assert all(abs(z) < 4 for z in (*outcome.z, *outcome.linear_z)), outcome
