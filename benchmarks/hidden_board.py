@@ -45,7 +45,7 @@ def plan_text(rig: Rig, drive: str, rng: np.random.Generator) -> str:
     """The kind of plan that `--plan full` is, at this rig's voltages and speeds."""
     large, small = (round(rig.supply_V * rng.uniform(*of), 2) for of in ((0.7, 0.9), (0.2, 0.35)))
     frequencies = np.round(np.geomspace(0.45, min(20.0, 0.1 / rig.period_s), 7), 2).tolist()
-    heights = sorted(np.round(rig.supply_V * rng.uniform(0.25, 0.9, 4), 2).tolist())
+    heights = [*np.round(rig.supply_V * np.sort(rng.uniform(0.25, 0.9, 3)), 2).tolist(), rig.supply_V]
     speeds = np.round(rig.gain * rig.supply_V * rng.uniform(0.25, 0.6, 2), 1).tolist()
     rest = max(0.4, 12 / rig.pole)
     experiments = [

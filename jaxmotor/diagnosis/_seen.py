@@ -6,8 +6,7 @@ from jaxtyping import Array, Float
 
 from jaxmotor._programs import Arrays, program
 from jaxmotor.diagnosis._trial import Trial
-from jaxmotor.motor import Motor, Rows, Run, scan_rows, simulate_motor
-from jaxmotor.motor.effects import WindingHeating
+from jaxmotor.motor import Motor, Rows, Run, scan_rows, simulate_motor, warmth
 
 
 @program
@@ -72,11 +71,8 @@ def simulated(motor: Motor, speeds: Float[Array, " k"], trial: Trial) -> Run:
 
 def _warmth(motor: Motor, trial: Trial) -> Float[Array, "lane row"] | None:
     """Lanes do not hold experiments in their order; what is warm is followed through the log instead."""
-    for effect in motor.effects:
-        if isinstance(effect, WindingHeating):
-            back = (1 - motor.viscous_share) / motor.linear.gain
-            return effect.history(trial.log, back, motor.linear.pole)[trial.row]
-    return None
+    rise = warmth(motor, trial.log)
+    return None if rise is None else rise[trial.row]
 
 
 def _mean_speed(run: Run, trial: Trial) -> Float[Array, "row lane"]:

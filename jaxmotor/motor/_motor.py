@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.motor._linear import AbstractLinearMotor
 from jaxmotor.motor._scan import scan_rows
-from jaxmotor.motor.effects._base import AbstractEffect, Scalar, Source
+from jaxmotor.motor.effects._base import AbstractEffect, AbstractLagSensorEffect, Scalar, Source
 from jaxmotor.motor.effects._substep import (
     Linear,
     Parts,
@@ -270,10 +270,17 @@ def _readings(angle: Float[Array, " n"], reset: Bool[Array, " n"]) -> _Readings:
     return _Readings(before, angle, later, after, inside)
 
 
-def _measured(parts: Parts, read: _Readings) -> _Angle:
-    before, begin, end, after = (_true_angle(parts, reading) for reading in read[:4])
+def _measured(parts: Parts, read: _Readings, memory: tuple[Scalar, ...]) -> _Angle:
+    trail = _trail(parts, memory)
+    before, begin, end, after = (_true_angle(parts, reading + trail) for reading in read[:4])
     turn = end - begin
     return _Angle(begin, turn, jnp.where(read.inside, 0.25 * ((after - end) - (begin - before)), 0.0))
+
+
+def _trail(parts: Parts, memory: tuple[Scalar, ...]) -> Scalar | float:
+    """By how much a filtered reading is behind the shaft [rad]."""
+    owned = zip(parts.memories, memory, strict=True)
+    return sum((now for effect, now in owned if isinstance(effect, AbstractLagSensorEffect)), 0.0)
 
 
 def _true_angle(parts: Parts, read: Scalar) -> Scalar:
@@ -343,7 +350,7 @@ def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carr
     past = jnp.concatenate([volts[None], carry.past[:-1]]) if parts.delays else carry.past
     old, new = (past[spans.whole + 1], past[spans.whole]) if parts.delays else (volts, volts)
     zero = jnp.zeros_like(volts)
-    measured = None if row.angle is None else _measured(parts, row.angle)
+    measured = None if row.angle is None else _measured(parts, row.angle, carry.memory)
     state = _steps(setup, spans, State(carry.x, carry.memory, zero, zero), (old, new), measured or carry.angle, row)
     seen = state.seen + _disc_error(parts, carry.angle, state.turn, measured)
     read, reading = _rounded(carry.reading, seen, setup.count_rad)
@@ -356,7 +363,9 @@ def _steps(
     setup: _Setup, spans: _Spans, state: State, volts: tuple[Scalar, Scalar], angle: Scalar | _Angle, row: _Row
 ) -> State:
     """All steps of a tick. A loop, not its steps one after the other: compiled once for any number of them."""
-    old, new = (_source(setup, asked, row.time + 0.5 * row.duration) for asked in volts)
+    middle_time = row.time + 0.5 * row.duration
+    old, new = (source_of(setup.parts, setup.supply, asked, middle_time) for asked in volts)
+    behind = _trail(setup.parts, state.memory)
 
     def body(k: Int[Array, ""], state: State) -> State:
         linear, source = spans.new, new
@@ -364,7 +373,8 @@ def _steps(
             early = k < spans.first
             linear, source = jax.tree.map(lambda a, b: jnp.where(early, a, b), (spans.old, old), (linear, source))
         if isinstance(angle, _Angle):
-            middle = angle.at(_part(setup, spans, k, row.duration))
+            trails = _trail(setup.parts, state.memory) - behind
+            middle = angle.at(_part(setup, spans, k, row.duration)) + trails
         else:
             middle = angle + state.turn + 0.5 * linear.duration * state.x[0]
         return step(linear, setup.parts, state, source, middle, setup.supply, setup.back)
@@ -382,9 +392,10 @@ def _part(setup: _Setup, spans: _Spans, k: Int[Array, ""], duration: Scalar) -> 
     return jnp.where(k < spans.first, number * spans.old.duration / duration, part + shift)
 
 
-def _source(setup: _Setup, volts: Scalar, time: Scalar) -> Source:
-    source = Source(volts / setup.supply, setup.supply, jnp.ones_like(volts), jnp.zeros_like(volts))
-    for effect in setup.parts.sources:
+def source_of(parts: Parts, supply: Scalar, volts: Scalar, time: Scalar) -> Source:
+    """The bridge where `volts` are asked of it."""
+    source = Source(volts / supply, supply, jnp.ones_like(volts), jnp.zeros_like(volts))
+    for effect in parts.sources:
         source = effect.source(source, time)
     return source
 

@@ -5,6 +5,7 @@ import numpy as np
 from jaxmotor._precision import to_jax
 from jaxmotor.estimate import pack
 from jaxmotor.motor import Motor
+from jaxmotor.motor import warmth as followed_warmth
 from jaxmotor.motor.effects import Heard, WindingHeating
 from jaxmotor.recording import Recording
 
@@ -31,8 +32,7 @@ def warmth(motor: Motor, recording: Recording) -> list[np.ndarray] | None:
 
     It is followed through all that was measured, in its order: what is not scored heats the winding, too.
     """
-    heating = next((effect for effect in motor.effects if isinstance(effect, WindingHeating)), None)
-    if heating is None:
+    if not any(isinstance(effect, WindingHeating) for effect in motor.effects):
         return None
     packed = pack(recording, tuple(range(len(recording.segments))))
     lanes, unit = packed.lanes, packed.observation.unit
@@ -47,9 +47,7 @@ def warmth(motor: Motor, recording: Recording) -> list[np.ndarray] | None:
     speed = np.where(lanes.valid, speed, np.roll(speed, 1, axis=1))
     volts, speed, time = (to_jax(column[cells][order]) for column in (lanes.volts, speed, time))
     length, supply, noise = (to_jax(np.float64(number)) for number in (duration, bridge_supply(recording), variance))
-    back = (1 - motor.viscous_share) / motor.linear.gain
-    log = Heard(volts, speed, time, None, length, supply, noise)
-    rise = heating.history(log, to_jax(back), to_jax(motor.linear.pole))
+    rise = followed_warmth(motor, Heard(volts, speed, time, None, length, supply, noise))
     return _by_segment(recording, packed.segment_of[cells][order], packed.row_of[cells][order], np.asarray(rise))
 
 

@@ -61,6 +61,11 @@ def test_what_no_effect_explains_gets_no_name(kind):
     assert outcome.verdict == "unexplained" and not outcome.named, outcome
 
 
+def test_cogging_in_a_filtered_log_is_where_the_shaft_was():
+    outcome = blind.test("pair", 169)
+    assert outcome.right, outcome
+
+
 @pytest.mark.usefixtures("emulator")
 def test_friction_with_drag_is_no_stiction():
     """Whose three parameters take up most of both."""

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from effect_cases import PERIOD, STEPS, SUPPLY, fast_turned, linear, motor, number, plan, rows, volts
 
-from jaxmotor.motor import simulate
+from jaxmotor.motor import simulate, warmth
 from jaxmotor.motor._motor import Motor, Rows, SpeedLoop, simulate_motor, steps_for
 from jaxmotor.motor.effects import EFFECTS, Heard, from_free, parameters, to_free, values_at
 
@@ -183,6 +183,27 @@ def test_a_winding_stays_warm_between_experiments_and_cools_in_pauses():
     braked = heating.history(exact, back, at.linear.pole)[200] - warmth[200]
     energy = (back * speed[199] / SUPPLY) ** 2 / (2 * at.linear.pole)
     np.testing.assert_allclose(braked, 2.0 / 5.0 * energy * np.exp(-4.0 / 5.0), rtol=0.05)
+
+
+@pytest.mark.parametrize(
+    "others",
+    [("supply_sag", "dead_zone"), ("current_limit", "supply_drift"), ("coast_drive", "coulomb_friction")],
+    ids="+".join,
+)
+def test_the_warmth_of_a_recording_knows_the_other_laws_of_the_current(others):
+    """What is followed through the log is what the simulation, row by row, keeps in mind."""
+    at = motor("winding_heating", *others)
+    driven = rows(volts(plan()))
+    found = run(at, driven)
+    cut = driven._replace(
+        reset=driven.reset.at[300].set(True), initial_speed=driven.initial_speed.at[300].set(found.speed[300])
+    )
+    about = (None, number(PERIOD), number(SUPPLY), number(0.0))
+    rise = warmth(at, Heard(cut.volts, found.turn / PERIOD, cut.time, *about))
+    known = run(at, cut._replace(warmth=rise))
+    cold = run(at, cut._replace(warmth=jnp.zeros_like(cut.volts)))
+    own = np.abs(found.turn - cold.turn)[320:].max()
+    assert np.abs(found.turn - known.turn)[320:].max() < 0.03 * own, own
 
 
 def test_rounding_does_not_heat_a_winding():

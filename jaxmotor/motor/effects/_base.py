@@ -9,6 +9,7 @@ import math
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -232,6 +233,19 @@ class Winding(NamedTuple):
     def more_resistance(self, ratio: Scalar) -> "Winding":
         """With a further resistance, relative to the cold winding's."""
         return self._replace(resistance=(1.0 if self.resistance is None else self.resistance) + ratio)
+
+    def current(self, back_emf: Scalar) -> tuple[Scalar, Scalar]:
+        """q against `back_emf` [V] and its slope dq/d(back-EMF) [1], where the current is steady."""
+        slope = -jnp.ones_like(back_emf)
+        slope = slope if self.resistance is None else slope / self.resistance
+        slope = slope if self.share is None else slope * self.share
+        q = -slope * (self.volts - back_emf)
+        if self.share is not None:
+            q, slope = (jnp.where(q * self.volts > 0, one, 0.0) for one in (q, slope))
+        if self.limit is not None:
+            slope = jnp.where(jnp.abs(q) < self.limit, slope, 0.0)
+            q = jnp.clip(q, -self.limit, self.limit)
+        return q, slope
 
 
 class AbstractWindingEffect(AbstractEffect):

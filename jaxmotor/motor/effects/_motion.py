@@ -1,5 +1,6 @@
 """Effects on torque and speed. Torques are given as the voltage at the winding that overcomes them."""
 
+from collections.abc import Callable
 from typing import ClassVar, NamedTuple
 
 import jax.numpy as jnp
@@ -175,26 +176,40 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
         final = self.rise_ratio * square * (1 + memory)
         return memory - (final - memory) * jnp.expm1(-duration / self.time_constant_s)
 
-    def history(self, log: "Heard", back: Scalar, pole: Scalar) -> Float[Array, " n"]:
+    def history(
+        self, log: "Heard", back: Scalar, pole: Scalar, current: "CurrentLaw | None" = None
+    ) -> Float[Array, " n"]:
         """x at each row of a whole recording, in the order in which it was measured.
 
-        `back` is the back-EMF per speed [V s/rad], `pole` the motor's [rad/s]. In the pauses between experiments the
-        bridge brakes: what turned when the last one ended, heats the winding by (r/τ) (back w/Vs)²/(2 a).
+        `back` is the back-EMF per speed [V s/rad], `pole` the motor's [rad/s]; `current` holds the other laws of the
+        current, if there are any. In the pauses between experiments the bridge brakes: what turned when the last one
+        ended, heats the winding by (r/τ) (back w/Vs)²/(2 a).
         """
+
+        def alone(volts: Scalar, speed: Scalar, time: Scalar, rise: Scalar) -> tuple[Scalar, Scalar]:
+            del time
+            return (volts - back * speed) / (1 + rise), -back / (1 + rise)
+
+        law = current or alone
 
         def row(carry: tuple[Scalar, Scalar], now: tuple[Scalar, ...]) -> tuple[tuple[Scalar, Scalar], Scalar]:
             x, before = carry
-            volts, speed, pause = now
+            volts, speed, time, pause = now
             braked = self.rise_ratio / self.time_constant_s * (back * before / log.supply) ** 2 / (2 * pole)
             x = self.begin(x + jnp.where(pause > 0, braked, 0.0), speed, pause)
+            q, slope = law(volts, speed, time, x)
             # Rounding adds to the mean square of a measured speed what it is known to add.
-            square = (volts - back * speed) ** 2 - back**2 * log.speed_variance
-            return (self._heated(x, square / (log.supply * (1 + x)) ** 2, log.duration), speed), x
+            square = q**2 - slope**2 * log.speed_variance
+            return (self._heated(x, square / log.supply**2, log.duration), speed), x
 
         pause = jnp.diff(log.time, prepend=log.time[:1] - log.duration) - log.duration
         pause = jnp.where(pause > 0.5 * log.duration, pause, 0.0)
         none = jnp.zeros_like(log.supply)
-        return scan_rows(row, (none, none), (log.volts, log.speed, pause), log.used)[1]
+        return scan_rows(row, (none, none), (log.volts, log.speed, log.time, pause), log.used)[1]
+
+
+CurrentLaw = Callable[[Scalar, Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
+"""Of voltage [V], speed [rad/s], time [s] and rise of resistance x: i R0 [V] and its slope over the speed [V s/rad]."""
 
 
 class Heard(NamedTuple):
