@@ -26,7 +26,7 @@ from jaxmotor.diagnosis._score import scored
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._split import split
 from jaxmotor.diagnosis._study import study_of
-from jaxmotor.motor import EFFECTS
+from jaxmotor.motor import EFFECTS, Motor
 
 
 @dataclasses.dataclass(frozen=True)
@@ -125,13 +125,23 @@ def _truth_chi2(hidden: Hidden) -> float:
     """Held-out chi2 of the hidden motor itself: what a perfect diagnosis would reach on these segments."""
     if set(hidden.truth) - set(EFFECTS) or any("phase_rad" in sizes for sizes in hidden.truth.values()):
         return float("nan")
-    effects = tuple(EFFECTS[name].of(**sizes) for name, sizes in sorted(hidden.truth.items()))
-    lag = 0.0 if "electrical_pole" in hidden.truth else hidden.electrical_time_constant
-    motor = linear_of(hidden.gain, hidden.pole, lag, hidden.viscous_share, effects)
     recording, segments = split(hidden.recording)
     study = study_of(recording, hidden.pole)
     held_out = Solver(study.trial, study.rows(segments))
-    return scored(held_out, motor, recording, study.packed).score.chi2_per_sample
+    return scored(held_out, _motor(hidden), recording, study.packed).score.chi2_per_sample
+
+
+@in_float64
+def truth_drift(hidden: Hidden) -> float:
+    """chi2 of the hidden motor itself on the whole recording, of residuals that add up over twenty ticks."""
+    study = study_of(hidden.recording, hidden.pole)
+    return scored(study.solver, _motor(hidden), hidden.recording, study.packed).drift
+
+
+def _motor(hidden: Hidden) -> Motor:
+    effects = tuple(EFFECTS[name].of(**sizes) for name, sizes in sorted(hidden.truth.items()))
+    lag = 0.0 if "electrical_pole" in hidden.truth else hidden.electrical_time_constant
+    return linear_of(hidden.gain, hidden.pole, lag, hidden.viscous_share, effects)
 
 
 def _linear(hidden: Hidden, found: Diagnosis, board: bool) -> tuple[float, ...]:

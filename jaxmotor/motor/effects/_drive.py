@@ -207,7 +207,7 @@ class SupplySag(AbstractDriveEffect, AbstractWindingEffect):
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del memory
-        return winding.more_resistance(self.ratio * source.duty**2 * winding.way)
+        return winding.more_resistance(self.ratio * source.duty**2 * source.factor * winding.way)
 
 
 class CurrentLimit(AbstractDriveEffect, AbstractWindingEffect):
