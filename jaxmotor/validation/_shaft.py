@@ -47,7 +47,7 @@ def warmth(motor: Motor, recording: Recording) -> list[np.ndarray] | None:
     speed = np.where(lanes.valid, speed, np.roll(speed, 1, axis=1))
     volts, speed, time = (to_jax(column[cells][order]) for column in (lanes.volts, speed, time))
     length, supply, noise = (to_jax(np.float64(number)) for number in (duration, bridge_supply(recording), variance))
-    rise = followed_warmth(motor, Heard(volts, speed, time, None, length, supply, noise))
+    rise = followed_warmth(to_jax(motor), Heard(volts, speed, time, None, length, supply, noise))
     return _by_segment(recording, packed.segment_of[cells][order], packed.row_of[cells][order], np.asarray(rise))
 
 
