@@ -79,11 +79,12 @@ def draw(kinds: tuple[str, ...], seed: int, scale: float = 1.0) -> Hidden:
 
 
 def draw_pair(seed: int) -> Hidden:
-    """Two different effects at random, none of `SAME`."""
+    """A motor with `pair_of(seed)` hidden in it."""
     return draw(pair_of(seed), seed)
 
 
 def pair_of(seed: int) -> tuple[str, str]:
+    """Names of two different effects at random, none of `SAME`."""
     pairs = [pair for pair in itertools.combinations(SINGLE, 2) if set(pair) not in SAME]
     return pairs[int(np.random.default_rng(seed).integers(len(pairs)))]
 

@@ -6,6 +6,7 @@ import jax
 import pytest
 from hypothesis import settings
 
+from jaxmotor.bench._emulator import PACKAGES, find_or_build, missing_tools
 from jaxmotor.cli._runtime import WHOLE_LOOPS
 
 # XLA's newer way to compile fusions takes twice as long and gains these programs nothing. It ends a program whose
@@ -46,3 +47,11 @@ def forget_programs():
 def x64():
     with jax.enable_x64(True):
         yield
+
+
+@pytest.fixture(scope="session")
+def emulator() -> Path:
+    """The emulated bench, built."""
+    if missing := missing_tools():
+        pytest.skip(f"emulated bench: no {', '.join(missing)}; apt install {PACKAGES}")
+    return find_or_build()

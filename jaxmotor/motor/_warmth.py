@@ -11,7 +11,7 @@ from jaxmotor.motor.effects._substep import Parts, parts_of
 
 
 def warmth(motor: Motor, log: Heard) -> Float[Array, " n"] | None:
-    """Relative rise of the winding's resistance at each row of `log`; None where `motor` has no law of it.
+    """(n,) relative rise of the winding's resistance [1] at each row of `log`; None where `motor` has no law of it.
 
     The current that heats is the one that all laws of bridge and winding together give, at the voltage that acts and at
     the speed of the shaft: a late voltage and a filtered reading are taken back.

@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from jaxmotor.bench._emulator import PACKAGES, find_or_build, missing_tools
-
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 
 
@@ -19,11 +17,3 @@ def plant_library() -> None:
         fcntl.flock(lock, fcntl.LOCK_EX)
         made = subprocess.run(["make", "-C", FIRMWARE, "plant"], check=False, capture_output=True, text=True)
     assert made.returncode == 0, made.stderr
-
-
-@pytest.fixture(scope="session")
-def emulator() -> Path:
-    """The emulated bench, built."""
-    if missing := missing_tools():
-        pytest.skip(f"emulated bench: no {', '.join(missing)}; apt install {PACKAGES}")
-    return find_or_build()

@@ -1,6 +1,4 @@
-import pytest
-
-from jaxmotor.bench._emulator import PACKAGES, find_or_build, missing_tools
+from jaxmotor.bench._emulator import missing_tools
 
 
 def pytest_collection_modifyitems(config, items):
@@ -10,11 +8,3 @@ def pytest_collection_modifyitems(config, items):
     mine = [item for item in items if "emulator" in getattr(item, "fixturenames", ()) and "recorder" in item.nodeid]
     config.hook.pytest_deselected(items=mine[1:])
     items[:] = [item for item in items if item not in mine[1:]]
-
-
-@pytest.fixture(scope="session")
-def emulator():
-    """The emulated bench, built."""
-    if missing := missing_tools():
-        pytest.skip(f"emulated bench: no {', '.join(missing)}; apt install {PACKAGES}")
-    return find_or_build()

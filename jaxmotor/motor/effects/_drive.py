@@ -191,7 +191,10 @@ class CoastDrive(AbstractDriveEffect, AbstractWindingEffect):
 
 
 class SupplySag(AbstractDriveEffect, AbstractWindingEffect):
-    """D (Vs - Rs |D i|): the supply's resistance adds Rs D² to the winding's, and takes it back while braking."""
+    """D (Vs - Rs |D i|): the supply's resistance adds Rs D² to the winding's, and takes it back while braking.
+
+    A bridge that gives one direction more voltage gives it so much more of the sag, too.
+    """
 
     name: ClassVar[str] = "supply_sag"
     says: ClassVar[str] = "the supply gives way under load: its resistance is {ratio} of the winding's"
