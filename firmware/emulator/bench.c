@@ -12,7 +12,7 @@
 
 static const char usage[] =
     "usage: bench [--stdio | --pty | --socket PORT] [--mode lockstep|fast|real] [--plant FILE.toml]\n"
-    "             [--set TABLE.KEY=VALUE]... [--elf FILE] [--link PATH] [--once] [--stats FILE.json]\n"
+    "             [--set TABLE.KEY=VALUE]... [--elf FILE] [--link PATH] [--once] [--stats FILE.json] [--pins FILE.csv]\n"
     "             [--until SECONDS] [--keepalive-until SECONDS] [--hang-at SECONDS]\n"
     "\n"
     "--stdio      commands from standard input, the board's lines to standard output (default)\n"
@@ -20,11 +20,12 @@ static const char usage[] =
     "--socket     a TCP port of this machine, 0 = any; its address goes to stderr\n"
     "--mode       lockstep (default): the same bytes on every run; fast: no waiting; real: by the wall clock\n"
     "--plant      motor, battery, encoder and hidden effects; README.md has the tables\n"
+    "--pins       how long each PWM period drives forward and backward [cycles], a row where that changes\n"
     "--once       end when the host hangs up\n"
     "--until      end at this simulated time\n"
     "--keepalive-until, --hang-at   stop the keepalives, or the processor, at this simulated time\n";
 
-static volatile sig_atomic_t interrupted;
+volatile sig_atomic_t interrupted;
 
 static void
 on_signal(int number)
@@ -140,6 +141,8 @@ parse(struct options *o, enum transport *transport, int *port, int argc, char **
             o->link = value;
         else if (!strcmp(option, "--stats"))
             o->stats = value;
+        else if (!strcmp(option, "--pins"))
+            o->pins = value;
         else if (!strcmp(option, "--until"))
             o->until_s = atof(value);
         else if (!strcmp(option, "--keepalive-until"))
@@ -200,6 +203,7 @@ main(int argc, char **argv)
     board_setup(&bench);
     serial_setup(&bench);
     timer1_setup(&bench);
+    pins_setup(&bench);
     encoder_setup(&bench);
     watch_setup(&bench);
     host_setup(&bench);
@@ -207,6 +211,7 @@ main(int argc, char **argv)
     board_reset(&bench);
     run(&bench);
     transport_close();
+    pins_close();
     if (bench.options.stats)
         watch_write(&bench, bench.options.stats, (double)clock() / CLOCKS_PER_SEC);
     plant_destroy(bench.plant);

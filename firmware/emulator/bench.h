@@ -3,6 +3,7 @@
 #ifndef BENCH_H
 #define BENCH_H
 
+#include <signal.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -16,7 +17,7 @@
 enum mode { LOCKSTEP, FAST, REAL };
 
 struct options {
-    const char *elf, *link, *stats;
+    const char *elf, *link, *stats, *pins;
     enum mode mode;
     double until_s, keepalive_until_s, hang_at_s;
     int once;   // leave when the host does
@@ -31,6 +32,9 @@ struct bench {
     avr_cycle_count_t boot; // cycle of the last reset
 };
 
+// bench.c: asked to end, by a signal; whoever waits looks at it
+extern volatile sig_atomic_t interrupted;
+
 // board.c: the ATmega328P
 void board_setup(struct bench *bench);
 void board_reset(struct bench *bench);
@@ -41,6 +45,13 @@ int board_stack_left(const struct bench *bench);
 // timer1.c: the pulses, and with them the plant
 void timer1_setup(struct bench *bench);
 void timer1_reset(struct bench *bench);
+
+// pins.c: what the bridge's pins do, to the cycle
+void pins_setup(struct bench *bench);
+void pins_reset(struct bench *bench);
+void pins_top(avr_cycle_count_t when, int icr, int ocr_a, int ocr_b);
+void pins_mode(int com_a, int com_b);
+void pins_close(void);
 
 // encoder.c: the plant's counts as edges on D2 and D3
 void encoder_setup(struct bench *bench);

@@ -32,6 +32,7 @@ after_reset(struct bench *bench)
     avr_extint_set_strict_lvl_trig(avr, 1, 0);
     bench->boot = avr->cycle;
     timer1_reset(bench);
+    pins_reset(bench);
     encoder_reset(bench);
     serial_reset(bench);
     watch_reset(bench);

@@ -125,7 +125,7 @@ arrive(struct bench *bench)
     held = 0;
     ended = 0;
     present = 1;
-    while (!ended && held == 0) {
+    while (!interrupted && !ended && held == 0) {
         transport_wait(-1);
         read_host(bench);
     }
@@ -151,7 +151,7 @@ pace(struct bench *bench)
 static void
 next_line(struct bench *bench)
 {
-    while (!line_length(0) && !serial_feeding() && !ended) {
+    while (!interrupted && !line_length(0) && !serial_feeding() && !ended) {
         transport_wait(-1);
         read_host(bench);
         sort_lines(bench);

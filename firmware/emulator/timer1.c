@@ -73,6 +73,8 @@ period(avr_t *avr, avr_cycle_count_t when, void *param)
     avr_cycle_count_t length = started ? 2u * word(ICR1L) * PRESCALER : IDLE_PERIOD;
     double duty;
     int drive = bridge(&duty);
+    if (started)
+        pins_top(when, word(ICR1L), word(OCR1AL), word(OCR1BL));
     plant_hold(bench->plant, duty, drive, (double)length / CLOCK_Hz);
     const struct plant_edge *edges;
     int count = plant_edges(bench->plant, &edges);
@@ -114,6 +116,8 @@ static void
 store_mode(avr_t *avr, avr_io_addr_t address, uint8_t value, void *param)
 {
     store(avr, address, value, param);
+    if (address == TCCR1A)
+        pins_mode(value >> 6 & 3, value >> 4 & 3);
     start_or_stop(avr);
 }
 

@@ -14,6 +14,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include "bench.h" // interrupted
 #include "transport.h"
 
 #define BUFFER 4096
@@ -182,7 +183,7 @@ transport_get(char *bytes, int size)
 void
 transport_flush(void)
 {
-    for (int done = 0; done < filled && out >= 0;) {
+    for (int done = 0; done < filled && out >= 0 && !interrupted;) {
         ssize_t wrote = write(out, buffer + done, (size_t)(filled - done));
         if (wrote > 0) {
             done += (int)wrote;

@@ -6,7 +6,8 @@
 //   forward brake  high        low in the pulse, high between     both high = winding shorted
 //   forward coast  the pulse   low                                both low  = winding open
 //
-// PWMA itself can only brake between pulses, so it stays high.
+// PWMA itself can only brake between pulses, so it stays high while a run drives. Low, the bridge does not drive: it
+// shorts the winding, or opens it where both inputs are low.
 
 #include <avr/io.h>
 
@@ -32,9 +33,11 @@ bridge_enable(uint8_t drive)
     PORTD |= STBY | PWMA;
 }
 
-// Short the winding, which stops the motor faster than an open one. Interrupts may be on or off.
+// Short the winding, which stops the motor faster than an open one. PWMA first: until the timer comes to its top the
+// old duty stands, which the pins' other polarity would make a pulse the other way. Interrupts may be on or off.
 void
 bridge_stop(void)
 {
+    PORTD &= ~PWMA;
     pwm_mode(BRAKE);
 }

@@ -23,9 +23,11 @@
 #define TRAVEL_LIMIT_COUNTS 10000000L
 #define TIME_LIMIT_ms 3600000L
 
-// The motor is called stalled when no count came while the duty was at least this, for so long in all
+// The motor is called stalled when it was driven with at least this duty for so long in all, and did not get farther
+// than this from where it was: one line of the encoder, which a shaft that only trembles goes over and back
 #define STALL_DUTY 125
 #define STALL_ms 1000
+#define STALL_COUNTS 4
 
 // The motor stops when no valid line came from the host for so long (at most 250)
 #define HOST_SILENT_ms 250

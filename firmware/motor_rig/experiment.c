@@ -40,25 +40,31 @@ level_fits(int32_t level)
     return level >= -LEVEL_MAX && level <= LEVEL_MAX;
 }
 
-// Whether the slot can run. Called when it is uploaded.
+static uint8_t
+swing_fits(int32_t offset, int32_t amplitude)
+{
+    return level_fits(amplitude) && level_fits(offset + amplitude) && level_fits(offset - amplitude);
+}
+
+// Whether the slot can run; numbers that its kind does not use are 0. Called when it is uploaded.
 uint8_t
 experiment_valid(const struct slot *slot)
 {
-    if (slot->ticks < 2 || !level_fits(slot->b))
-        return slot->ticks >= 2 && slot->kind == CHIRP && level_fits(slot->c);
+    if (slot->ticks < 2)
+        return 0;
     switch (slot->kind) {
-    case SINE:
-    case PRBS: {
-        int32_t offset = slot->c, amplitude = slot->b < 0 ? -slot->b : slot->b;
-        if (!level_fits(offset + amplitude) || !level_fits(offset - amplitude))
-            return 0;
-        return slot->kind == SINE || (prbs_tap(slot->a) && (slot->a >> 8 & 0xFF));
+    case REST: return !slot->a && !slot->b && !slot->c;
+    case STEP: return !slot->a && level_fits(slot->b) && !slot->c;
+    case RAMP: return !slot->a && level_fits(slot->b) && level_fits(slot->c);
+    case SINE: return swing_fits(slot->c, slot->b);
+    case MULTISINE: {
+        uint8_t tones = slot->c;
+        return level_fits(slot->b) && tones >= 1 && tones <= TONES_MAX && slot->c >> 8 > 0;
     }
-    case RAMP:
     case CHIRP: return level_fits(slot->c);
-    case MULTISINE: return (uint8_t)slot->c - 1 < TONES_MAX && slot->c >> 8 > 0;
-    case LOOP: return slot->b >= -REFERENCE_MAX && slot->b <= REFERENCE_MAX;
-    default: return 1;
+    case PRBS: return swing_fits(slot->c, slot->b) && prbs_tap(slot->a) && slot->a >> 8 > 0 && slot->a >> 8 <= 255;
+    case LOOP: return slot->b >= -REFERENCE_MAX && slot->b <= REFERENCE_MAX && !slot->c;
+    default: return 0;
     }
 }
 
@@ -85,6 +91,7 @@ void
 experiment_rest(struct experiment *e, uint16_t ticks)
 {
     e->kind = REST;
+    e->before = 1;
     e->ticks = ticks;
     e->duty = 0;
 }
@@ -94,6 +101,7 @@ void
 experiment_prepare(struct experiment *e, const struct slot *slot)
 {
     e->kind = slot->kind;
+    e->before = 0;
     e->ticks = slot->ticks;
     e->duty = 0;
     e->phase = 0;

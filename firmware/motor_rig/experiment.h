@@ -13,6 +13,7 @@
 // An experiment under way. `duty` is the next one to set.
 struct experiment {
     uint8_t kind, slot;
+    uint8_t before; // the rest before a slot's experiment
     uint16_t ticks;
     int16_t duty;
     int32_t amplitude;

@@ -17,6 +17,14 @@ line_crc(uint16_t sum, char c)
     return (sum << 8) ^ ((uint16_t)x << 12) ^ ((uint16_t)x << 5) ^ x;
 }
 
+uint16_t
+line_crc_of(uint16_t sum, const void *bytes, uint16_t length)
+{
+    for (const char *c = bytes; length--; ++c)
+        sum = line_crc(sum, *c);
+    return sum;
+}
+
 static void
 put(char c)
 {
@@ -85,6 +93,13 @@ line_number(int32_t value)
         put('-');
         value = -value;
     }
+    line_digits(value);
+}
+
+void
+line_unsigned(uint32_t value)
+{
+    put(' ');
     line_digits(value);
 }
 

@@ -16,11 +16,13 @@ extern uint16_t line_lost; // lines dropped since it was last set to 0
 uint8_t line_begin(char type, uint8_t room);
 void line_drop(void);
 void line_number(int32_t value);
+void line_unsigned(uint32_t value);
 void line_digits(uint32_t value);
 void line_text(const char *flash);
 void line_word(const char *flash);
 void line_end(void);
 
 uint16_t line_crc(uint16_t sum, char c);
+uint16_t line_crc_of(uint16_t sum, const void *bytes, uint16_t length);
 
 #endif

@@ -9,7 +9,8 @@
 
 enum kind { REST, STEP, RAMP, SINE, MULTISINE, CHIRP, PRBS, LOOP, KINDS };
 
-// The numbers as the host sent them; experiment.c says what they mean for each kind.
+// The numbers as the host sent them; experiment.c says what they mean for each kind. When a rest or an experiment has
+// ended, `rest` or `ticks` is what it ran: a plan is run once.
 struct slot {
     uint8_t kind;
     uint16_t rest;  // ticks of zero duty before the experiment

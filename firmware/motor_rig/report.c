@@ -9,6 +9,7 @@
 #include "pwm.h" // FULL_SCALE
 #include "report.h"
 #include "rig.h" // rig_reset_cause
+#include "runner.h" // runner_run
 #include "tick.h"
 #include "uart.h" // uart_room
 #include "words.h"
@@ -41,6 +42,7 @@ static const char hello_4[] PROGMEM = " 4/4 adc_step_uV=";
 static const char hello_supply[] PROGMEM = " supply_mV=";
 static const char hello_minimum[] PROGMEM = " supply_min_mV=" VALUE(SUPPLY_MIN_mV);
 static const char hello_reset[] PROGMEM = " reset=";
+static const char hello_run[] PROGMEM = " run=";
 
 // Send the hello, in four lines as room allows.
 void
@@ -74,6 +76,7 @@ hello(void)
         line_text(hello_minimum);
         line_text(hello_reset);
         line_text(rig_reset_cause());
+        key_value(hello_run, runner_run);
         hello_part = 0;
     }
     line_end();
@@ -112,15 +115,16 @@ losses(void)
     line_number((uint16_t)(lost + line_lost));
 }
 
-// B seq segment slot kind start ticks
-// E seq segment reason ticks count illegal lost
-// Z seq reason ticks illegal lost
+// B seq run segment slot kind start ticks
+// E seq run segment reason ticks count illegal lost
+// Z seq run reason ticks illegal lost
 static uint8_t
 milestone(const struct event *event)
 {
     static const char types[] PROGMEM = " BEZ";
     if (!line_begin(pgm_read_byte(&types[event->kind]), EVENT_ROOM))
         return 0;
+    line_unsigned(runner_run);
     switch (event->kind) {
     case SEGMENT_BEGIN:
         line_number(event->segment);

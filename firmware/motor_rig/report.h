@@ -5,8 +5,8 @@
 
 #include <stdint.h>
 
-#define PROTOCOL_VERSION 1
-#define FIRMWARE_VERSION "1.0.0"
+#define PROTOCOL_VERSION 2
+#define FIRMWARE_VERSION "2.0.0"
 
 void report_hello(uint16_t id);
 void report_poll(void);

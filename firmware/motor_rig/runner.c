@@ -4,6 +4,7 @@
 // current one runs, and may ask for a stop or a skip.
 
 #include <avr/interrupt.h>
+#include <stdlib.h> // labs
 #include <util/atomic.h>
 
 #include "adc.h" // adc_sum
@@ -18,6 +19,9 @@
 
 struct limits runner_limits = {TRAVEL_LIMIT_COUNTS, TIME_LIMIT_ms, SUPPLY_MIN_mV};
 uint8_t runner_drive = BRAKE;
+uint32_t runner_run;
+uint32_t runner_ticks;
+uint8_t runner_ended;
 
 static volatile uint8_t running;
 static volatile uint8_t starting;     // the next sample is the run's first
@@ -31,21 +35,21 @@ static struct experiment *volatile active = &places[0], *volatile spare = &place
 
 static uint8_t segment;
 static uint16_t tick;         // of the segment's next sample
-static uint32_t run_ticks;    // samples since the run began
 static uint32_t run_ms;
 static int32_t start_count;
 static int32_t sample_count;  // at the previous sample
-static int32_t watched_count; // at the previous ms
-static uint16_t still_ms;     // at STALL_DUTY or more since the last count
+static int32_t still_count;   // where the shaft has been near, within STALL_COUNTS
+static uint16_t still_ms;     // at STALL_DUTY or more since it came there
 static int16_t duty_now;
 static uint16_t supply_min;   // as adc_sum
 
 static uint8_t next_slot, rested; // main loop: where preparation stands
 
+// Until the run's end has been told, too: what is told of it must not change.
 uint8_t
-runner_running(void)
+runner_busy(void)
 {
-    return running;
+    return running || events_waiting();
 }
 
 // Prepare what comes next in the plan. Called by the main loop.
@@ -66,8 +70,9 @@ prepare(struct experiment *e)
 
 // Run the whole plan from the next tick on. Called by the main loop with a plan of at least one slot.
 void
-runner_start(void)
+runner_start(uint32_t run)
 {
+    runner_run = run;
     next_slot = 0;
     rested = 0;
     prepare(active);
@@ -77,7 +82,7 @@ runner_start(void)
     skip = 0;
     segment = 0;
     tick = 0;
-    run_ticks = 0;
+    runner_ticks = 0;
     run_ms = 0;
     still_ms = 0;
     duty_now = 0;
@@ -100,10 +105,35 @@ runner_stop(uint8_t reason)
     stop_reason = reason;
 }
 
+// Does nothing when `which` is not the segment under way.
 void
-runner_skip(void)
+runner_skip(uint8_t which)
 {
-    skip = 1;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        if (running && segment == which)
+            skip = 1;
+    }
+}
+
+// How long the slot's rest and its experiment ran. Called by the main loop while the plan is the one that was run.
+struct ran
+runner_ran(uint8_t slot)
+{
+    struct ran ran = {0, 0};
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE)
+    {
+        const struct experiment *now = active;
+        if (slot <= now->slot)
+            ran = (struct ran){plan[slot].rest, plan[slot].ticks};
+        if (slot == now->slot) {
+            if (now->before)
+                ran.experiment = 0;
+            if (running)
+                *(now->before ? &ran.rest : &ran.experiment) = tick;
+        }
+    }
+    return ran;
 }
 
 // Keep the spare place filled. Called by the main loop.
@@ -129,13 +159,14 @@ begin_segment(void)
         .length = active->ticks,
         .slot = active->slot,
         .experiment = active->kind,
-        .ticks = run_ticks,
+        .ticks = runner_ticks,
     });
 }
 
 static void
-end_segment(uint8_t reason, uint16_t length, int32_t count)
+end_segment(const struct experiment *ended, uint8_t reason, uint16_t length, int32_t count)
 {
+    *(ended->before ? &plan[ended->slot].rest : &plan[ended->slot].ticks) = length;
     events_put(&(struct event){
         .kind = SEGMENT_END,
         .segment = segment,
@@ -149,8 +180,9 @@ static void
 end_run(uint8_t segment_reason, uint8_t reason, int32_t count)
 {
     bridge_stop();
-    end_segment(segment_reason, tick, count);
-    events_put(&(struct event){.kind = RUN_END, .segment = segment, .reason = reason, .ticks = run_ticks});
+    end_segment(active, segment_reason, tick, count);
+    events_put(&(struct event){.kind = RUN_END, .segment = segment, .reason = reason, .ticks = runner_ticks});
+    runner_ended = reason;
     running = 0;
 }
 
@@ -165,7 +197,7 @@ runner_sample(int32_t count)
     uint16_t ended = 0;
     uint8_t reason = skip ? SKIPPED : DONE;
     if (starting) {
-        start_count = sample_count = watched_count = count;
+        start_count = sample_count = still_count = count;
     } else if (tick == now->ticks || skip) {
         if (!spare_ready) {
             end_run(reason, plan_over ? DONE : LATE, count);
@@ -182,7 +214,7 @@ runner_sample(int32_t count)
     sei();
 
     if (ended) {
-        end_segment(reason, ended, count);
+        end_segment(spare, reason, ended, count);
         ++segment;
         tick = 0;
         skip = 0;
@@ -195,7 +227,7 @@ runner_sample(int32_t count)
     duty_now = duty;
     sample_count = count;
     ++tick;
-    ++run_ticks;
+    ++runner_ticks;
     experiment_next(now);
 }
 
@@ -226,11 +258,12 @@ runner_millisecond(int32_t count)
     if (!running || starting)
         return;
     ++run_ms;
-    if (count != watched_count)
+    if (labs(count - still_count) > STALL_COUNTS) {
+        still_count = count;
         still_ms = 0;
-    else if (duty_now >= STALL_DUTY || duty_now <= -STALL_DUTY)
+    } else if (duty_now >= STALL_DUTY || duty_now <= -STALL_DUTY) {
         ++still_ms;
-    watched_count = count;
+    }
     uint8_t reason = fault(count);
     if (reason != DONE)
         end_run(reason, reason, count);

@@ -9,7 +9,9 @@ static const char kinds[] PROGMEM = "rest\0step\0ramp\0sine\0multisine\0chirp\0p
 static const char reasons[] PROGMEM =
     "done\0skipped\0stopped\0host_silent\0time_limit\0travel_limit\0stalled\0low_supply\0late";
 
-static const char refusals[] PROGMEM = "argument\0busy\0idle\0order\0full\0empty\0supply\0unknown";
+static const char refusals[] PROGMEM = "argument\0busy\0idle\0order\0full\0empty\0supply\0unknown\0old\0plan";
+
+const char word_running[] PROGMEM = "running", word_idle[] PROGMEM = "idle";
 
 static const char *
 nth(const char *list, uint8_t n)

@@ -13,10 +13,12 @@ from jaxmotor.bench._plan import Plan as Plan
 from jaxmotor.bench._plan import PlanError as PlanError
 from jaxmotor.bench._plan import load_plan as load_plan
 from jaxmotor.bench._plan import parse_plan as parse_plan
+from jaxmotor.bench._port import Patience as Patience
 from jaxmotor.bench._port import Port as Port
 from jaxmotor.bench._protocol import Decoder as Decoder
 from jaxmotor.bench._protocol import RecorderError as RecorderError
 from jaxmotor.bench._protocol import encode as encode
+from jaxmotor.bench._recorder import Incomplete as Incomplete
 from jaxmotor.bench._recorder import record as record
 from jaxmotor.bench._recorder import recover as recover
 from jaxmotor.bench._signals import experiment_volts as experiment_volts

@@ -31,13 +31,10 @@ class Run:
 
     @property
     def done(self) -> set[int]:
-        """Experiments that came to their end."""
-        pieces = self.log.pieces.values()
-        return {
-            self.experiments[piece.planned.slot]
-            for piece in pieces
-            if piece.complete and (piece.planned.kind != "rest" or self.slots[piece.planned.slot].kind == "rest")
-        }
+        """Experiments that came to their end, with every sample of theirs and of the rest before them."""
+        whole = {segment for segment, piece in self.log.pieces.items() if piece.whole}
+        short = {planned.slot for segment, planned in enumerate(self.log.layout) if segment not in whole}
+        return {index for slot, index in enumerate(self.experiments) if slot not in short}
 
 
 def recording_of(plan: Plan, runs: Sequence[Run], port: str, damaged: int = 0) -> Recording | None:
@@ -75,12 +72,11 @@ def _segments(plan: Plan, runs: Sequence[Run]) -> Iterator[Segment]:
         if run.began_s is not None and runs[0].began_s is not None:
             began = max(began, run.began_s - runs[0].began_s)
         before: Piece | None = None
-        for index in sorted(run.log.pieces):
-            piece = run.log.pieces[index]
+        for piece, start in run.log.starts():
             if len(piece) >= (2 if piece.complete else LEAST):
-                yield _segment(run, piece, round(began + piece.start * plan.period_s, 6), _at_rest(before, piece))
+                yield _segment(run, piece, round(began + start * plan.period_s, 6), _at_rest(before, piece, start))
             before = piece
-            over = began + (piece.start + max(piece.ticks, len(piece))) * plan.period_s
+            over = began + (start + max(piece.ran or 0, len(piece))) * plan.period_s
 
 
 def _segment(run: Run, piece: Piece, start_s: float, at_rest: bool) -> Segment:
@@ -109,12 +105,12 @@ def _integers(column) -> np.ndarray:
     return np.array(column, dtype=np.int64)
 
 
-def _at_rest(before: Piece | None, piece: Piece) -> bool:
+def _at_rest(before: Piece | None, piece: Piece, start: int) -> bool:
     """Whether the shaft stood still when the segment began: a run begins so, and a rest may end so."""
     if not piece.tick or piece.tick[0] != 0:
         return False
     if before is None:
-        return piece.start == 0
+        return start == 0
     if before.planned.kind != "rest" or len(before) < STILL or before.tick[-STILL] < before.planned.ticks - 2 * STILL:
         return False
     return len({*before.count[-STILL:], piece.count[0]}) == 1

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 
 from jaxmotor.bench._protocol import Hello, RecorderError
 
-PROTOCOL = 1
+PROTOCOL = 2
 BAUDS = (115200, 250000, 500000, 1000000)
 LINE_BITS = 32 * 10
 """Of a sample's line on the wire, generously."""
@@ -28,6 +28,8 @@ class Board:
     supply_min_V: float
     reset: str
     """Why it had started: `power`, `watchdog`."""
+    last_run: int = 0
+    """Number of the last run since then."""
 
 
 def gather(parts: Iterable[Hello]) -> dict[str, str] | None:
@@ -61,6 +63,7 @@ def board_of(values: Mapping[str, str], port: str) -> Board:
             supply_V=int(values["supply_mV"]) / 1000,
             supply_min_V=int(values["supply_min_mV"]) / 1000,
             reset=values["reset"],
+            last_run=int(values["run"]),
         )
     except (KeyError, ValueError) as error:
         raise RecorderError(

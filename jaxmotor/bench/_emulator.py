@@ -16,6 +16,7 @@ PACKAGES = "gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev gcc make"
 TOOLS = ("make", "cc", "avr-gcc", "avr-objcopy")
 HEADERS = ("/usr/include/simavr/sim_avr.h", "/usr/include/libelf.h")
 START_S = 10.0
+END_S = 2.0
 
 
 def missing_tools() -> list[str]:
@@ -90,10 +91,12 @@ class Emulator:
 
     def close(self) -> None:
         """Wait until it has ended; end it where it does not."""
-        try:
-            self._process.wait(timeout=2)
-        except subprocess.TimeoutExpired:
-            self._process.terminate()
-            self._process.wait()
+        for end in (self._process.terminate, self._process.kill):
+            try:
+                self._process.wait(timeout=END_S)
+                break
+            except subprocess.TimeoutExpired:
+                end()
+        self._process.wait()
         if self._process.stderr is not None:
             self._process.stderr.close()

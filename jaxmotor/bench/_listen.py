@@ -1,5 +1,6 @@
 """Listens to a run: every message to the journal first, then to whoever watches."""
 
+import contextlib
 import dataclasses
 import signal
 import threading
@@ -12,20 +13,11 @@ from jaxmotor.bench._journal import Journal, Kept
 from jaxmotor.bench._log import Piece
 from jaxmotor.bench._protocol import Message, RecorderError
 from jaxmotor.bench._session import Session
+from jaxmotor.bench._stops import check_end
 
 LOOK_EVERY = 50
 """Samples between two looks at whether a segment may end early."""
 STOPS = (signal.SIGINT, signal.SIGTERM)
-REASONS = {
-    "stopped": "the run was stopped",
-    "host_silent": "the board heard nothing of this computer for 250 ms and stopped the motor; is the computer "
-    "overloaded, or the cable loose?",
-    "time_limit": "the run took longer than planned, and the board stopped the motor",
-    "travel_limit": "the shaft went beyond the travel limit; raise travel_rev in the plan, or free its way",
-    "stalled": "the motor was driven and no count came for a second: the shaft is stuck, or the encoder came off",
-    "low_supply": "the supply fell below its limit; charge the battery, or lower supply_min_V in the plan",
-    "late": "the board could not keep up; make the experiments longer, or the period",
-}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -80,12 +72,11 @@ class Silent:
 
 
 def listen(session: Session, run: Run, journal: Journal, kept: Kept, watch: Watch) -> None:
-    """Start `run` and take in what comes of it, up to its end.
+    """Take in what comes of `run`, which was started, up to its end, and have the board account for its ticks.
 
     **Raises:** `RecorderError` where it ended early; `KeyboardInterrupt` after the motor has been stopped.
     """
     told, looked, skipped = 0.0, 0, -1
-    session.start(run.slots)
     try:
         for batch in _between_batches(session):
             for piece in _keep(batch, run, journal):
@@ -96,18 +87,23 @@ def listen(session: Session, run: Run, journal: Journal, kept: Kept, watch: Watc
                 segment = max(run.log.pieces)
                 if skipped != segment and watch.enough(run, now):
                     skipped = segment
-                    session.skip()
+                    session.skip(segment)
             if now is not None and time.monotonic() - told > 0.1:
                 told = time.monotonic()
                 watch.progress(_progress(kept, run, now))
     except KeyboardInterrupt:
         _keep(session.stop(), run, journal)
+        with contextlib.suppress(RecorderError):
+            _account(session, run, journal)
         raise
+    _account(session, run, journal)
     if run.log.now is not None:
         watch.progress(_progress(kept, run, run.log.now))
-    if run.log.reason not in ("", "done"):
-        sentence = REASONS.get(run.log.reason, f"the board stopped the motor ({run.log.reason})")
-        raise RecorderError(f"{session.port.name}: {sentence}; what came is kept, continue with --resume")
+    check_end(session, run.log)
+
+
+def _account(session: Session, run: Run, journal: Journal) -> None:
+    journal.append([message.line for message in session.account(run.log) if message.line])
 
 
 def _keep(batch: list[Message], run: Run, journal: Journal) -> list[Piece]:

@@ -1,6 +1,7 @@
 """The one file that opens a port: a serial port, socket://HOST:PORT, or the emulated bench."""
 
 import contextlib
+import dataclasses
 import errno
 import sys
 from collections.abc import Sequence
@@ -20,6 +21,22 @@ _PORT_ERRORS = (serial.SerialException, OSError, TypeError)
 """pyserial raises a TypeError when another thread closes the port under a read."""
 
 
+@dataclasses.dataclass(frozen=True)
+class Patience:
+    """How long to wait for a board."""
+
+    hello_s: float = 4.0
+    """For the first word; a bootloader takes two of them."""
+    again_s: float = 0.3
+    """For an answer, until it is asked again."""
+    silent_s: float = 2.0
+    """For any word at all, once it was heard."""
+
+
+EMULATED_PATIENCE = Patience(hello_s=20.0, silent_s=20.0)
+"""The emulated bench answers when it gets to it."""
+
+
 class PortGone(RecorderError):
     """The port vanished while it was in use."""
 
@@ -35,6 +52,7 @@ class Port:
         plant: Path | None = None,
         seed: int | None = None,
         options: Sequence[str] = (),
+        patience: Patience | None = None,
     ) -> None:
         """`plant`, `seed` and `options` are for the emulated bench.
 
@@ -42,6 +60,7 @@ class Port:
         """
         self.name = name
         self.emulator = Emulator(plant, seed, options) if name == EMULATED else None
+        self.patience = patience or (Patience() if self.emulator is None else EMULATED_PATIENCE)
         url = name if self.emulator is None else self.emulator.url
         self._is_socket = url.startswith("socket:")
         self._serial: Any = None

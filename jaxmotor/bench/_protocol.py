@@ -55,6 +55,8 @@ class Answer(Message):
 class Begin(Message):
     """A segment begins."""
 
+    run: int
+    """The host's number for it."""
     segment: int
     slot: int
     kind: str
@@ -79,6 +81,7 @@ class Sample(Message):
 class End(Message):
     """A segment ends: why, after how many ticks; the rest since the run began."""
 
+    run: int
     segment: int
     reason: str
     ticks: int
@@ -91,6 +94,7 @@ class End(Message):
 class RunEnd(Message):
     """The run ends: why, after how many ticks."""
 
+    run: int
     reason: str
     ticks: int
     illegal: int
@@ -102,7 +106,12 @@ class Status(Message):
     """How the board is."""
 
     command: int
-    running: bool
+    run: int
+    """The last that was started; 0 = none since the reset."""
+    state: str
+    """`running`, `idle` where there was no run, else the reason for which the last one ended."""
+    ticks: int
+    """Of that run, so far or in all."""
     slots: int
     count: int
     illegal: int
@@ -111,14 +120,26 @@ class Status(Message):
     lost: int
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Ran(Message):
+    """How long experiments ran: of each slot from `slot` on the ticks of the rest before it and its own."""
+
+    command: int
+    run: int
+    slot: int
+    ticks: tuple[tuple[int, int], ...]
+
+
 _FIELDS = {
     "D": r"(\d{1,5}) (\d{1,3}) (\d{1,5}) (-?\d{1,5}) (-?\d{1,10})(?: (\d{1,5}))?",
     "A": r"(\d{1,5}) (\d{1,5})",
     "N": r"(\d{1,5}) (\d{1,5}) ([a-z_]+)",
-    "B": r"(\d{1,5}) (\d{1,3}) (\d{1,3}) ([a-z]+) (\d{1,10}) (\d{1,5})",
-    "E": r"(\d{1,5}) (\d{1,3}) ([a-z_]+) (\d{1,5}) (-?\d{1,10}) (\d{1,5}) (\d{1,5})",
-    "Z": r"(\d{1,5}) ([a-z_]+) (\d{1,10}) (\d{1,5}) (\d{1,5})",
-    "Q": r"(\d{1,5}) (\d{1,5}) ([01]) (\d{1,3}) (-?\d{1,10}) (\d{1,5}) (\d{1,5}) (\d{1,5}) (\d{1,5})",
+    "B": r"(\d{1,5}) (\d{1,10}) (\d{1,3}) (\d{1,3}) ([a-z]+) (\d{1,10}) (\d{1,5})",
+    "E": r"(\d{1,5}) (\d{1,10}) (\d{1,3}) ([a-z_]+) (\d{1,5}) (-?\d{1,10}) (\d{1,5}) (\d{1,5})",
+    "Z": r"(\d{1,5}) (\d{1,10}) ([a-z_]+) (\d{1,10}) (\d{1,5}) (\d{1,5})",
+    "Q": r"(\d{1,5}) (\d{1,5}) (\d{1,10}) ([a-z_]+) (\d{1,10}) (\d{1,3}) (-?\d{1,10}) (\d{1,5}) (\d{1,5}) "
+    r"(\d{1,5}) (\d{1,5})",
+    "R": r"(\d{1,5}) (\d{1,5}) (\d{1,10}) (\d{1,3})((?: \d{1,5} \d{1,5}){0,4})",
     "H": r"(\d{1,5}) (\d{1,5}) (\d)/(\d)((?: [A-Za-z_]+=[^ =]+)+)",
 }
 _LINES = {kind: re.compile(f"{kind} {fields}", re.ASCII) for kind, fields in _FIELDS.items()}
@@ -158,13 +179,18 @@ def _message(kind: str, line: str, match: re.Match[str]) -> Message:
         pairs = dict(pair.split("=") for pair in rest[3].split())
         return Hello(line, sequence, int(rest[0]), int(rest[1]), int(rest[2]), pairs)
     if kind == "B":
-        return Begin(line, sequence, int(rest[0]), int(rest[1]), rest[2], int(rest[3]), int(rest[4]))
+        run, segment, slot = map(int, rest[:3])
+        return Begin(line, sequence, run, segment, slot, rest[3], int(rest[4]), int(rest[5]))
     if kind == "E":
-        return End(line, sequence, int(rest[0]), rest[1], *map(int, rest[2:]))
+        return End(line, sequence, int(rest[0]), int(rest[1]), rest[2], *map(int, rest[3:]))
     if kind == "Z":
-        return RunEnd(line, sequence, rest[0], *map(int, rest[1:]))
+        return RunEnd(line, sequence, int(rest[0]), rest[1], *map(int, rest[2:]))
     if kind == "Q":
-        return Status(line, sequence, int(rest[0]), rest[1] == "1", *map(int, rest[2:]))
+        return Status(line, sequence, int(rest[0]), int(rest[1]), rest[2], *map(int, rest[3:]))
+    if kind == "R":
+        ticks = list(map(int, rest[3].split()))
+        command, run, slot = map(int, rest[:3])
+        return Ran(line, sequence, command, run, slot, tuple(zip(ticks[::2], ticks[1::2], strict=True)))
     return Answer(line, sequence, int(rest[0]), rest[1] if kind == "N" else "")
 
 
@@ -177,11 +203,12 @@ class Decoder:
         self.missing = 0
         """Lines whose sequence numbers never came; damaged ones are among them."""
         self.repeated = 0
-        """Lines that had come before."""
+        """Lines that had come before, or that later ones have overtaken."""
         self._torn = b""
         self._last: int | None = None
         self._stray: int | None = None
         self._sample: Sample | None = None
+        self._answered = 0
 
     def feed(self, data: bytes) -> list[Message]:
         """The messages that `data` completes, in order."""
@@ -205,25 +232,36 @@ class Decoder:
 
     def _follows(self, message: Message) -> bool:
         """Whether the message comes next, or soon after what came last."""
-        if isinstance(message, Hello) and message.command == 0:  # a reset: numbers begin anew
-            return self._accept(message.sequence, 0)
         ahead = 0 if self._last is None else (message.sequence - self._last - 1) & 0xFFFF
         if ahead < WINDOW:
             if isinstance(message, Sample) and not self._fits(message):
                 self.damaged += 1
                 return False
-            return self._accept(message.sequence, ahead)
-        if ahead >= 0x10000 - WINDOW:
+            return self._accept(message, ahead)
+        if isinstance(message, Hello) and message.command == 0 and message.sequence < message.parts:
+            return True  # a reset, or a hello that was late: its number says nothing, the next answer's will
+        if self._answers_anew(message):
+            return self._accept(message, 0)
+        behind = ahead >= 0x10000 - WINDOW
+        if not behind and self._stray is not None and message.sequence == (self._stray + 1) & 0xFFFF:
+            return self._accept(message, ahead)  # two in a row say the same: so many are missing
+        if behind:
             self.repeated += 1
-            return False
-        if self._stray is not None and message.sequence == (self._stray + 1) & 0xFFFF:
-            return self._accept(message.sequence, ahead)  # two in a row say the same: so many are missing
-        self._stray = message.sequence
-        self.damaged += 1
+        else:
+            self._stray = message.sequence
+            self.damaged += 1
         return False
 
-    def _accept(self, sequence: int, ahead: int) -> bool:
-        self._last, self._stray = sequence, None
+    def _answers_anew(self, message: Message) -> bool:
+        """Whether it answers a command that was not answered before: after a reset, when numbers begin anew."""
+        if not isinstance(message, Answer | Status | Ran | Hello):
+            return False
+        return 0 < (message.command - self._answered) & 0xFFFF < 0x8000
+
+    def _accept(self, message: Message, ahead: int) -> bool:
+        if isinstance(message, Answer | Status | Ran | Hello) and message.command:
+            self._answered = message.command
+        self._last, self._stray = message.sequence, None
         self.missing += ahead
         return True
 

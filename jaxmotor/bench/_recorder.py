@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor.bench._account import missing, tallies
 from jaxmotor.bench._assemble import recording_of
 from jaxmotor.bench._journal import Journal, Kept, journal_path, new_run, read_journal
 from jaxmotor.bench._listen import Silent, Watch, listen
@@ -21,6 +22,14 @@ from jaxmotor.recording import Recording, write
 FOREVER = 0x7FFFFFFF
 
 
+class Incomplete(RecorderError):
+    """What was recorded is sound, but not all that the plan asks for. `recording` is what was written, if anything."""
+
+    def __init__(self, sentence: str, recording: Recording | None) -> None:
+        super().__init__(sentence)
+        self.recording = recording
+
+
 def record(
     plan: Plan | None,
     open_port: Callable[[], Port],
@@ -33,61 +42,97 @@ def record(
 ) -> Recording:
     """Run `plan` on the board behind `open_port` and write what came to `output`.
 
-    `resume` goes on after the last whole experiment of `output`'s journal, whose plan it takes. `force` replaces what
-    is there. `check` looks for wiring faults first. What stops a run early leaves a valid recording of all that came
-    and a journal to resume from.
+    `resume` records the experiments of which something is missing in `output`'s journal, whose plan it takes. `force`
+    replaces what is there. `check` looks for wiring faults first. Whatever is missing at the end, be it that the run
+    was stopped or that single samples were lost on the line, leaves a valid recording of all that came and a journal
+    to resume from.
 
-    **Raises:** `RecorderError`, `PlanError`; `KeyboardInterrupt` after the motor has been stopped and all is written.
+    **Raises:** `Incomplete`, `RecorderError`, `PlanError`; `KeyboardInterrupt` after the motor has been stopped and all
+    is written.
     """
     kept = _what_is_there(plan, output, resume, force)
-    plan = kept.plan
     journal: Journal | None = None
-    damaged = 0
+    began = False
     try:
         with open_port() as port, Session(port) as session:
-            rig = _rig(kept, session)
-            blocks = list(_blocks(kept, session.board.slots))
-            slots_for(plan, rig)
-            session.prepare(rig, plan.drive, _limits(plan, rig))
-            notes = list(_doubts(plan, session))
-            if check:
-                notes += check_wiring(session, rig, plan.largest_V, plan.no_load_rad_s)
-            for note in notes:
-                (watch or Silent()).say(f"note: {note}")
-            journal = Journal(journal_path(output), None if resume else plan)
-            kept.port = port.name
-            number = kept.runs[-1].session + 1 if kept.runs else 0
-            for block in blocks:
-                began = None if port.lockstep else time.time()
-                run = new_run(plan, rig, block, round(session.board.supply_V * 1000), began, number)
-                kept.runs.append(run)
-                journal.begin(run, session.values, port.name)
-                try:
-                    listen(session, run, journal, kept, watch or Silent())
-                finally:
-                    damaged = session.link.decoder.damaged
-    except BaseException:
+            rig = _prepare(kept, session, check=check, watch=watch or Silent())
+            journal = Journal(journal_path(output), None if resume else kept.plan)
+            began = True
+            _run_all(kept, session, rig, journal, watch or Silent())
+    except BaseException as error:
+        recording = None
         with contextlib.suppress(JaxmotorError):
-            _save(kept, journal, output, damaged)
+            recording = _save(kept, journal, output)
+        if began and isinstance(error, RecorderError):
+            raise _incomplete(str(error), kept, recording) from error
         raise
-    recording = _save(kept, journal, output, damaged)
+    recording = _save(kept, journal, output)
     if recording is None:
         raise RecorderError(f"{output}: no sample came; nothing was written")
+    found = tallies(kept.plan, kept.runs)
+    whole = sum(map(len, recording.segments)) >= sum(tally.planned - tally.skipped for tally in found)
+    if not whole or any(not tally.whole for tally in found):
+        raise _incomplete(f"{output}", kept, recording)
     journal_path(output).unlink(missing_ok=True)
     return recording
 
 
-def recover(output: Path) -> Recording:
-    """Write to `output` what its journal holds, without a board; the journal stays.
+def recover(output: Path, watch: Watch | None = None) -> Recording:
+    """Write to `output` what its journal holds, without a board; the journal stays. `watch` is told what is missing.
 
     **Raises:** `RecorderError` where there is no journal, or it holds too little.
     """
     kept = read_journal(journal_path(output))
-    recording = recording_of(kept.plan, kept.runs, kept.port)
+    recording = recording_of(kept.plan, kept.runs, kept.port, kept.damaged)
     if recording is None:
         raise RecorderError(f"{journal_path(output)}: no segment is in it; record again with --force")
     write(recording, output)
+    if kept.damaged:
+        (watch or Silent()).say(f"note: {kept.damaged} lines of the journal are damaged and left out")
+    if what := missing(tallies(kept.plan, kept.runs)):
+        (watch or Silent()).say(f"note: {what}; record it with --resume")
     return recording
+
+
+def _incomplete(sentence: str, kept: Kept, recording: Recording | None) -> Incomplete:
+    """The sentence, what is missing, and what to do."""
+    what = missing(tallies(kept.plan, kept.runs))
+    remedy = "what came is kept, continue with --resume"
+    said = sentence.replace(", then continue with --resume", "").replace(", and continue with --resume", "")
+    return Incomplete(": ".join(part for part in (said, what) if part) + f"; {remedy}", recording)
+
+
+def _prepare(kept: Kept, session: Session, *, check: bool, watch: Watch) -> Rig:
+    """Board and wiring as the plan needs them, before anything is written."""
+    plan = kept.plan
+    rig = _rig(kept, session)
+    slots_for(plan, rig)
+    session.prepare(rig, plan.drive, _limits(plan, rig))
+    notes = list(_doubts(plan, session))
+    if check:
+        notes += check_wiring(session, rig, plan.largest_V, plan.no_load_rad_s)
+    for note in notes:
+        watch.say(f"note: {note}")
+    return rig
+
+
+def _run_all(kept: Kept, session: Session, rig: Rig, journal: Journal, watch: Watch) -> None:
+    """Run what is to do, block after block."""
+    kept.port = session.port.name
+    count = kept.runs[-1].session + 1 if kept.runs else 0
+    supply_mV = round(session.board.supply_V * 1000)
+    slots = slots_for(kept.plan, rig)
+    damaged = kept.damaged
+    for block in list(_blocks(kept, session.board.slots)):
+        number = session.start([slots[index] for index in block])
+        began = None if session.port.lockstep else time.time()
+        run = new_run(kept.plan, rig, block, supply_mV, began, count, number)
+        kept.runs.append(run)
+        journal.begin(run, session.values, session.port.name)
+        try:
+            listen(session, run, journal, kept, watch)
+        finally:
+            kept.damaged = damaged + session.link.decoder.damaged
 
 
 def _what_is_there(plan: Plan | None, output: Path, resume: bool, force: bool) -> Kept:
@@ -137,13 +182,13 @@ def _blocks(kept: Kept, slots: int) -> Iterator[list[int]]:
         yield left[first : first + slots]
 
 
-def _save(kept: Kept, journal: Journal | None, output: Path, damaged: int) -> Recording | None:
+def _save(kept: Kept, journal: Journal | None, output: Path) -> Recording | None:
     """Close the journal and write the recording of all that came, if it makes one."""
     if journal is not None:
         journal.close()
     if not any(run.log.pieces for run in kept.runs):
         return None
-    recording = recording_of(kept.plan, kept.runs, kept.port, damaged)
+    recording = recording_of(kept.plan, kept.runs, kept.port, kept.damaged)
     if recording is not None:
         try:
             write(recording, output)

@@ -69,8 +69,8 @@ class Planned:
     kind: str
     """As in a recording's `[[segment]]`."""
     ticks: int
-    start: int
-    """Ticks since the run begins, unless an experiment before it is cut short."""
+    is_rest_before: bool = False
+    """The rest before a slot's experiment."""
 
 
 def rig_for(plan: Plan, board: Board) -> Rig:
@@ -99,12 +99,10 @@ def slots_for(plan: Plan, rig: Rig) -> tuple[Slot, ...]:
 
 def layout(slots: Sequence[Slot], kinds: Sequence[str]) -> tuple[Planned, ...]:
     """The segments of a run of `slots`, whose experiments are of `kinds`: rests are segments of their own."""
-    planned, start = [], 0
+    planned = []
     for index, (slot, kind) in enumerate(zip(slots, kinds, strict=True)):
-        for name, ticks in (("rest", slot.rest), (kind, slot.ticks)):
-            if ticks:
-                planned.append(Planned(index, name, ticks, start))
-                start += ticks
+        planned += [Planned(index, "rest", slot.rest, True)] if slot.rest else []
+        planned.append(Planned(index, kind, slot.ticks))
     return tuple(planned)
 
 

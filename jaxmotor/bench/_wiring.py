@@ -1,16 +1,23 @@
 """A short pulse each way before the plan: what the count does tells what is wired wrong."""
 
 import dataclasses
+import itertools
 from collections.abc import Iterator
 
-from jaxmotor.bench._protocol import End, RecorderError, Sample
+from jaxmotor.bench._log import RunLog
+from jaxmotor.bench._protocol import RecorderError
 from jaxmotor.bench._session import Session
-from jaxmotor.bench._slots import Rig, Slot
+from jaxmotor.bench._slots import Rig, Slot, layout
+from jaxmotor.bench._stops import check_end
 
 PULSE_S = 0.15
 REST_S = 0.3
 SHARE = 0.6
 """Of the supply, or of the plan's highest voltage where that is less."""
+TRIES = 3
+"""Times that the pulses are run where the line loses samples of them."""
+MOST_LOST = 0.2
+"""Of a pulse's samples: with more the count may have moved unseen."""
 LEAST = 5
 """Counts that a turning motor makes in a pulse."""
 
@@ -48,18 +55,28 @@ def check_wiring(session: Session, rig: Rig, largest_V: float, no_load_rad_s: fl
 
     **Raises:** `RecorderError`, what to change, where a recording would be worthless.
     """
-    session.start(wiring_slots(rig, largest_V))
-    samples: list[Sample] = []
-    illegal = 0
-    for batch in session.messages():
-        samples += [m for m in batch if isinstance(m, Sample)]
-        illegal = max([illegal, *(m.illegal for m in batch if isinstance(m, End))])
-    pulses = [_pulse(samples, segment, rig) for segment in (1, 3)]
+    log = _heard(session, wiring_slots(rig, largest_V), rig)
+    pulses = [_pulse(log, segment, rig) for segment in (1, 3)]
     faults = list(wiring_faults(pulses[0], pulses[1]))
     if faults:
         raise RecorderError(f"{session.port.name}: wiring: {' '.join(faults)} (--no-check records all the same)")
     volts = min(SHARE * rig.supply_V, largest_V or rig.supply_V)
-    return list(wiring_notes(pulses[0], pulses[1], illegal, rig, volts, no_load_rad_s))
+    return list(wiring_notes(pulses[0], pulses[1], log.illegal, rig, volts, no_load_rad_s))
+
+
+def _heard(session: Session, slots: tuple[Slot, ...], rig: Rig) -> RunLog:
+    """What came of the pulses; run again where the line has lost too much of them to judge by."""
+    lost = [0]
+    for _ in range(TRIES):
+        log = RunLog(layout(slots, [slot.kind for slot in slots]), 0, session.start(slots))
+        for message in itertools.chain.from_iterable(session.messages()):
+            log.feed(message)
+        session.account(log)
+        check_end(session, log)
+        lost = [piece.lost for piece in log.pieces.values()]
+        if log.accounted and max(lost) <= MOST_LOST * PULSE_S / rig.period_s:
+            return log
+    raise RecorderError(f"{session.port.name}: wiring: {sum(lost)} samples of the pulses were lost; check the cable")
 
 
 def wiring_faults(forward: Pulse, backward: Pulse) -> Iterator[str]:
@@ -116,12 +133,9 @@ def wiring_notes(
             )
 
 
-def _pulse(samples: list[Sample], segment: int, rig: Rig) -> Pulse:
-    during = [s for s in samples if s.segment == segment]
-    after = [s for s in samples if s.segment == segment + 1]
-    if len(during) < 2 or not after:
-        raise RecorderError("wiring: the pulses were not heard; check the cable between board and computer")
-    tail = during[len(during) * 2 // 3 :]
-    ticks = max(tail[-1].tick - tail[0].tick, 1)
-    speed = (tail[-1].count - tail[0].count) / (ticks * rig.period_s)
-    return Pulse(tuple(s.count for s in (*during, *after)), speed)
+def _pulse(log: RunLog, segment: int, rig: Rig) -> Pulse:
+    during, after = log.pieces[segment], log.pieces[segment + 1]
+    first = len(during) * 2 // 3
+    ticks = max(during.tick[-1] - during.tick[first], 1)
+    speed = (during.count[-1] - during.count[first]) / (ticks * rig.period_s)
+    return Pulse((*during.count, *after.count), speed)

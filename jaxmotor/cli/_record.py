@@ -47,7 +47,7 @@ def record_command(
     from jaxmotor.bench import recover as recover_recording
 
     if recover:
-        typer.echo(_summary(recover_recording(output), output))
+        typer.echo(_summary(recover_recording(output, _Live(_Plain(), False)), output))
         return
     if port is None:
         raise typer.BadParameter("say where the board is with --port /dev/ttyUSB0, or --port emulated")

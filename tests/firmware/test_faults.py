@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from faults import damage
 from wire import Script, hertz, level, unseal
 
 FAULTS = 10_000
@@ -12,25 +13,6 @@ FIELDS = {"D": (4, 5), "B": (5,), "E": (6,), "Z": (4,), "A": (1,), "H": (5, 6, 7
 @pytest.fixture
 def log(bench) -> bytes:
     return bench(bytes(Script().command("H").add("sine", 4000, hertz(3.01, 0.005), level(170)).go())).raw
-
-
-def damage(log: bytes, faults: int, rng: random.Random) -> bytes:
-    """Random byte errors, losses, repeats and torn lines."""
-    data = bytearray(log)
-    for _ in range(faults):
-        at = rng.randrange(len(data))
-        match rng.randrange(5):
-            case 0:
-                data[at] = rng.randrange(256)
-            case 1:
-                data[at] ^= 1 << rng.randrange(8)
-            case 2:
-                del data[at]
-            case 3:
-                data[at:at] = data[at : at + rng.randrange(1, 40)]
-            case 4:
-                del data[at : at + rng.randrange(1, 60)]
-    return bytes(data)
 
 
 def accepted(data: bytes):

@@ -13,6 +13,7 @@ from jaxmotor.bench._protocol import (
     Decoder,
     End,
     Hello,
+    Ran,
     RunEnd,
     Sample,
     Status,
@@ -30,14 +31,14 @@ def a_run(segments=((0, "rest", 20), (1, "step", 60)), sequence=9) -> bytes:
     """What a board says of a run: every line once, numbered."""
     texts, start, count = [], 0, 0
     for segment, kind, ticks in segments:
-        texts.append(f"B # {segment} {segment // 2} {kind} {start} {ticks}")
+        texts.append(f"B # 7 {segment} {segment // 2} {kind} {start} {ticks}")
         for tick in range(ticks):
             count += 3 * (kind != "rest")
             supply = " 7380" if tick % 20 == 19 else ""
             texts.append(f"D # {segment} {tick} {150 * (kind != 'rest')} {count}{supply}")
-        texts.append(f"E # {segment} done {ticks} {count} 0 0")
+        texts.append(f"E # 7 {segment} done {ticks} {count} 0 0")
         start += ticks
-    texts.append(f"Z # done {start} 0 0")
+    texts.append(f"Z # 7 done {start} 0 0")
     return b"".join(seal(text.replace("#", str((sequence + k) % 65536))) for k, text in enumerate(texts))
 
 
@@ -54,22 +55,24 @@ def test_every_type_of_line_is_understood():
         map(
             seal,
             (
-                "H 4 1 1/4 protocol=1 firmware=1.0.0 clock_Hz=16000000",
+                "H 4 1 1/4 protocol=2 firmware=2.0.0 clock_Hz=16000000",
                 "A 5 4",
                 "N 6 5 argument",
-                "B 7 1 0 step 20 100",
+                "B 7 4294967295 1 0 step 20 100",
                 "D 8 1 0 -170 -370",
                 "D 9 1 1 170 370 7380",
-                "E 10 1 done 2 20 0 0",
-                "Z 11 done 22 0 0",
-                "Q 12 7 0 2 2634 0 7380 0 0",
+                "E 10 4294967295 1 done 2 20 0 0",
+                "Z 11 4294967295 done 22 0 0",
+                "Q 12 7 4294967295 host_silent 22 2 2634 0 7380 0 0",
+                "R 13 8 4294967295 0 20 2 0 0",
             ),
         )
     )
     messages = Decoder().feed(lines)
-    assert [type(m) for m in messages] == [Hello, Answer, Answer, Begin, Sample, Sample, End, RunEnd, Status]
+    assert [type(m) for m in messages] == [Hello, Answer, Answer, Begin, Sample, Sample, End, RunEnd, Status, Ran]
     assert messages[4].count == -370 and messages[4].supply_mV is None and messages[5].supply_mV == 7380
     assert messages[2].refusal == "argument" and not messages[1].refusal
+    assert messages[8].state == "host_silent" and messages[9].ticks == ((20, 2), (0, 0))
 
 
 def test_commands_are_as_the_protocol_says():
@@ -137,9 +140,23 @@ def test_numbers_go_round():
 def test_after_a_reset_numbers_begin_anew():
     decoder = Decoder()
     decoder.feed(LOG)
-    [hello] = decoder.feed(b"\n" + seal("H 0 0 1/4 protocol=1"))
+    [hello] = decoder.feed(b"\n" + seal("H 0 0 1/4 protocol=2"))
     assert isinstance(hello, Hello) and hello.command == 0
-    assert samples(decoder.feed(a_run(sequence=1))) == SENT
+    assert samples(decoder.feed(seal("A 3 5") + a_run(sequence=4))) == SENT
+
+
+def test_after_a_reset_that_nobody_heard_of_the_next_answer_tells():
+    decoder = Decoder()
+    decoder.feed(seal("A 30 4") + seal("A 31 5"))
+    assert decoder.feed(seal("A 3 5")) == [], "an old answer, late"
+    assert len(decoder.feed(seal("Q 4 6 0 idle 0 0 0 0 7380 0 0") + seal("A 5 7"))) == 2
+
+
+def test_an_old_hello_changes_no_number():
+    lines = LOG.splitlines(keepends=True)
+    late = b"".join(lines[:30]) + seal("H 0 0 1/4 protocol=2") + b"".join(lines[30:])
+    decoder = Decoder()
+    assert samples(decoder.feed(late)) == SENT and decoder.missing == decoder.repeated == 0
 
 
 def test_a_far_jump_is_believed_when_the_next_line_agrees():
@@ -153,7 +170,7 @@ def test_a_far_jump_is_believed_when_the_next_line_agrees():
 
 def test_a_sample_whose_tick_does_not_fit_is_not_taken():
     decoder = Decoder()
-    first = seal("B 1 0 0 step 0 100") + seal("D 2 0 0 170 0")
+    first = seal("B 1 7 0 0 step 0 100") + seal("D 2 0 0 170 0")
     assert len(decoder.feed(first + seal("D 3 0 7 170 9"))) == 2
     assert decoder.damaged == 1
     assert len(decoder.feed(seal("D 4 0 2 170 9"))) == 1

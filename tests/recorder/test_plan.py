@@ -117,11 +117,11 @@ def test_the_header_says_what_the_whole_numbers_are():
 def test_rests_are_segments_of_their_own():
     plan = parse_plan(SINE + "repeat = 2\n", "p")
     planned = layout(slots_for(plan, rig_for(plan, BOARD)), ["sine", "sine"])
-    assert [(p.kind, p.ticks, p.start) for p in planned] == [
-        ("rest", 60, 0),
-        ("sine", 400, 60),
-        ("rest", 60, 460),
-        ("sine", 400, 520),
+    assert [(p.slot, p.kind, p.ticks, p.is_rest_before) for p in planned] == [
+        (0, "rest", 60, True),
+        (0, "sine", 400, False),
+        (1, "rest", 60, True),
+        (1, "sine", 400, False),
     ]
 
 

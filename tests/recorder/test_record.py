@@ -11,10 +11,11 @@ import time
 
 import numpy as np
 import pytest
-from faults import PLAN, RECORDER, SLOW, Relay, damage, disconnect, kill, samples_in, samples_of, short_plan
+from _line import noise, samples_in, samples_of
+from faults import PLAN, RECORDER, SLOW, Relay, disconnect, kill, short_plan
 
 from jaxmotor import identify
-from jaxmotor.bench import Port, RecorderError, parse_plan, record, recover
+from jaxmotor.bench import Incomplete, Port, RecorderError, parse_plan, record, recover
 from jaxmotor.bench._journal import read_journal
 from jaxmotor.bench._listen import Silent
 from jaxmotor.recording import check, lost_ticks, read
@@ -168,19 +169,17 @@ def test_an_unplugged_board_is_a_sentence_and_resumable(emulator, tmp_path):
     assert sum(segment.kind == "step" for segment in recording.segments) == 2
 
 
-def test_a_noisy_line_leaves_gaps_and_no_wrong_sample(emulator, tmp_path):
-    rng, plan = random.Random(3), short_plan()
-
-    def hurt(data: bytes) -> bytes:
-        return damage(data, sum(rng.random() < 5e-4 for _ in data), rng)
-
-    with Relay(hurt) as relay:
-        recording = record(plan, lambda: Port(relay.url), tmp_path / "r.csv", check=False)
-        sent = samples_in(bytes(relay.said))
+def test_a_noisy_line_leaves_gaps_that_are_told_and_no_wrong_sample(emulator, tmp_path):
+    plan = short_plan()
+    with Relay(noise(5e-4, random.Random(3))) as relay, pytest.raises(Incomplete, match="lost on the line") as caught:
+        record(plan, lambda: Port(relay.url), tmp_path / "r.csv", check=False)
+    sent, recording = samples_in(bytes(relay.said)), caught.value.recording
     came = samples_of(recording, plan)
     assert came.items() <= sent.items()
     assert 0 < len(sent) - len(came) < 0.2 * len(sent)
-    assert recording.header["lost_samples"] > 0 and recording.header["damaged_lines"] > 0
+    assert f"{len(came)} of {len(sent)} samples came" in str(caught.value)
+    assert recording.header["lost_samples"] == len(sent) - len(came) and recording.header["damaged_lines"] > 0
+    assert (tmp_path / "r.csv.part").exists()
 
 
 def test_a_killed_recorder_leaves_what_had_come(emulator, tmp_path):

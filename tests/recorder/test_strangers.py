@@ -8,8 +8,7 @@ import pytest
 import serial
 from boards import Stranger
 
-from jaxmotor.bench import Port, RecorderError
-from jaxmotor.bench import _session as session_module
+from jaxmotor.bench import Patience, Port, RecorderError
 from jaxmotor.bench._emulator import find_or_build
 from jaxmotor.bench._port import _why_not
 from jaxmotor.bench._protocol import checksum
@@ -26,20 +25,23 @@ def seal(text: str) -> bytes:
         (b"", b"", "nothing comes from the board"),
         (b"\r\nGrbl 1.1h ['$' for help]\r\n", b"error:1\r\n", "another program answers (\"Grbl 1.1h ['$' for help]\")"),
         (bytes(range(128, 256)) * 2, b"\xf8\x00\x80", "only noise comes"),
-        (seal("H 0 0 1/4 protocol=1 firmware=1.0.0"), b"", "the board is heard but does not hear"),
+        (seal("H 0 0 1/4 protocol=2 firmware=2.0.0"), b"", "the board is heard but does not hear"),
     ],
 )
-def test_who_else_may_be_there(monkeypatch, greeting, answer, said):
-    monkeypatch.setattr(session_module, "HELLO_S", 0.4)
-    with Stranger(greeting, answer) as other, Port(other.url) as port, pytest.raises(RecorderError) as caught:
+def test_who_else_may_be_there(greeting, answer, said):
+    patience = Patience(hello_s=0.4)
+    with (
+        Stranger(greeting, answer) as other,
+        Port(other.url, patience=patience) as port,
+        pytest.raises(RecorderError) as caught,
+    ):
         Session(port)
     assert said in str(caught.value) and other.url in str(caught.value)
 
 
-def test_another_protocol(monkeypatch):
-    monkeypatch.setattr(session_module, "HELLO_S", 2)
-    answer = seal("H 1 1 1/1 protocol=2 firmware=9.0.0")
-    with Stranger(answer) as other, Port(other.url) as port, pytest.raises(RecorderError, match="protocol 2"):
+def test_another_protocol():
+    answer = seal("H 1 1 1/1 protocol=1 firmware=1.0.0")
+    with Stranger(answer) as other, Port(other.url) as port, pytest.raises(RecorderError, match="protocol 1"):
         Session(port)
 
 
@@ -88,10 +90,11 @@ def test_a_plant_file_that_does_not_fit(emulator, tmp_path):
         Port("emulated", plant=tmp_path / "p.toml")
 
 
-def test_the_wrong_rate(emulator, monkeypatch):
+def test_the_wrong_rate(emulator):
     """The emulator garbles what it is told at the wrong rate from 100 ms after its start on."""
-    with Port("emulated", 9600, options=("--mode", "fast")) as port, Session(port) as session:
+    patience = Patience(hello_s=20.0, again_s=0.02, silent_s=0.1)
+    options = ("--mode", "fast")
+    with Port("emulated", 9600, options=options, patience=patience) as port, Session(port) as session:
         time.sleep(0.1)
-        monkeypatch.setattr(session_module, "LOCKSTEP_S", 0.1)
         with pytest.raises(RecorderError, match="--baud"):
             session.command("C")
