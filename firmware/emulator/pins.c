@@ -98,6 +98,18 @@ tell(void)
     drove[0] = drove[1] = 0;
 }
 
+// A duty of the whole period has no match: its pin changes at the top, where it begins and where it ends.
+static void
+load(int channel, int count)
+{
+    int whole = compare[channel] >= half;
+    compare[channel] = count;
+    if (count >= half)
+        change(channel, 0);
+    else if (whole && mode[channel] >= CLEAR_UP)
+        level[channel] = mode[channel] == SET_UP;
+}
+
 // The timer is at its top: the period that ends is written down where it differs from the one before.
 void
 pins_top(avr_cycle_count_t when, int icr, int ocr_a, int ocr_b)
@@ -106,11 +118,8 @@ pins_top(avr_cycle_count_t when, int icr, int ocr_a, int ocr_b)
     tell();
     top = when;
     half = icr;
-    compare[AIN1] = ocr_a;
-    compare[AIN2] = ocr_b;
-    for (int channel = 0; channel < CHANNELS; ++channel)
-        if (compare[channel] >= half)
-            change(channel, 0);
+    load(AIN1, ocr_a);
+    load(AIN2, ocr_b);
 }
 
 void

@@ -372,11 +372,13 @@ command(void)
         answer(id, type == 'H' || type == 'Q' || type == 'R' || type == 'K' ? BAD_ARGUMENT : act(type));
 }
 
-// Collect received bytes into lines. Called by the main loop.
+// Collect received bytes into lines. Called by the main loop; it goes on after each line, however many come, for the
+// loop has the watchdog to feed and samples to send.
 void
 commands_poll(void)
 {
-    for (int16_t byte; (byte = uart_get()) >= 0;) {
+    uint8_t line_is_done = 0;
+    for (int16_t byte; !line_is_done && (byte = uart_get()) >= 0;) {
         if (byte == '\r')
             continue;
         if (byte == '\n') {
@@ -385,6 +387,7 @@ commands_poll(void)
             else if (length)
                 command();
             length = 0;
+            line_is_done = 1;
         } else if (length < LINE_MAX - 1 && byte >= ' ' && byte <= '~') {
             line[length++] = byte;
         } else {

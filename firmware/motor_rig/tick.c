@@ -50,11 +50,12 @@ tick_period_ms(void)
     return period;
 }
 
-// Make the next tick a sample.
+// Make the tick after the next a sample: by then the pins have taken the mode that the bridge was just given, which
+// they do at their next compare match, up to a PWM period later. Called with interrupts off.
 void
 tick_restart(void)
 {
-    left = 1;
+    left = 2;
 }
 
 // The tick. The count is latched first; a sample sets the duty next, at most 600 cycles after the timer's match

@@ -81,9 +81,10 @@ class Journal:
         self.sync()
 
     def note(self, what: str, values: dict[str, Any]) -> None:
-        """Write down what is needed to read the lines that follow; twice, so that damage leaves one."""
+        """Write down what is needed to read the lines that follow; twice and apart, so that damage leaves one."""
         text = f"# {what} {json.dumps(values)}"
-        self.append([f"{text}*{checksum(text.encode()).decode()}"] * 2)
+        line = f"{text}*{checksum(text.encode()).decode()}"
+        self.append(["", line, "", line])
 
     def append(self, lines: Iterable[str]) -> None:
         """Write lines out.

@@ -17,7 +17,7 @@ from jaxmotor.bench._protocol import RecorderError
 from jaxmotor.bench._session import Session
 from jaxmotor.bench._slots import Rig, rig_for, slots_for
 from jaxmotor.bench._wiring import check_wiring
-from jaxmotor.recording import Recording, write
+from jaxmotor.recording import Recording, check_jumps, write
 
 FOREVER = 0x7FFFFFFF
 
@@ -69,6 +69,12 @@ def record(
     recording = _save(kept, journal, output)
     if recording is None:
         raise RecorderError(f"{output}: no sample came; nothing was written")
+    try:
+        check_jumps(recording)
+    except JaxmotorError as error:
+        raise Incomplete(
+            f"{error}; the recording is as the board sent it: mend the cause, then record again with --force", recording
+        ) from error
     found = tallies(kept.plan, kept.runs)
     whole = sum(map(len, recording.segments)) >= sum(tally.planned - tally.skipped for tally in found)
     if not whole or any(not tally.whole for tally in found):

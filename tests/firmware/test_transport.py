@@ -5,7 +5,7 @@ from time import monotonic, sleep
 
 import pytest
 from live import Live
-from wire import Script, hertz, level
+from wire import Script, hertz, level, seal
 
 
 @pytest.fixture(scope="module")
@@ -107,3 +107,25 @@ def test_the_wrong_baud_rate_gives_nothing(build):
             board.receive()
         heard = [line for line in board.lines() if line.fields[0] == "1"]
     assert not heard
+
+
+@pytest.mark.parametrize("transport", [("--pty",), ("--socket", "0")])
+@pytest.mark.parametrize("mode", ["lockstep", "real"])
+def test_a_signal_ends_the_bench_whatever_it_waits_for(build, transport, mode):
+    """For a first byte, for the next line, and for a host that reads nothing while the board talks."""
+    long = bytes(Script().command("P 1 0").add("step", 60000, b=level(200)).go())
+    for sent in (b"", seal("H 1"), long):
+        with Live(build, "--mode", mode, transport=transport) as board:
+            board.send(sent)
+            sleep(0.3)
+            board.process.terminate()
+            assert board.process.wait(timeout=10) == 0
+
+
+def test_a_host_that_dies_ends_the_bench(build):
+    """Its port is closed for it, in mid-run; the bench then stops the motor and goes."""
+    with Live(build) as board:
+        board.send(bytes(Script().add("step", 60000, b=level(200)).go()))
+        board.until(lambda line: line.type == "D" and line.fields[1] == "100")
+        board.port.close()
+        assert board.process.wait(timeout=20) == 0
