@@ -3,16 +3,18 @@ VENV := .venv
 BIN := $(VENV)/bin
 BENCHMARKS := startup efficiency real_data delay blind limits diagnosis_speed exported_loop estimator \
   peers fleet_sines fleet_simulation fleet_scaling fleet_outliers fleet_kills
+FAULTS := faults control_faults stop_reasons journal_damage firmware_fuzz
 
 TOOLCHAIN := gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev
 
-.PHONY: demo test lint types bench docs firmware flash toolchain clean help
+.PHONY: demo test lint types bench faults docs firmware flash toolchain clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo    install into $(VENV) and take the bundled recording through everything; says where the report is"
 	@echo "make test    install what the tests need; lint, types, all tests"
 	@echo "make bench   the benchmarks, each with its table (minutes)"
+	@echo "make faults  the recorder under faults, each with its table (an hour)"
 	@echo "make docs    the documentation as a site, in build/docs"
 	@echo "make firmware             the board's program and the emulated bench (needs $(TOOLCHAIN))"
 	@echo "make flash PORT=/dev/...  put the program on an Arduino Nano"
@@ -56,6 +58,9 @@ docs: $(VENV)/.installed-dev
 
 bench: $(VENV)/.installed-dev toolchain firmware
 	@set -e; for name in $(BENCHMARKS); do echo "== benchmarks/$$name.py"; $(BIN)/python benchmarks/$$name.py; done
+
+faults: $(VENV)/.installed-dev toolchain firmware
+	@set -e; for name in $(FAULTS); do echo "== benchmarks/$$name.py"; $(BIN)/python benchmarks/$$name.py; done
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
