@@ -42,6 +42,7 @@ struct plant {
     double drawn;    // charge [As]
     double smoothed; // battery current [A]
     double lagged, missed; // sensor [rad]
+    int diverged;          // a number left all bounds: the shaft stands still from then on
     double wander_from, wander_to, wander_at;
     struct random random;
     int stuck;
