@@ -35,6 +35,7 @@ struct plant {
     double source_resistance, per_inductance, per_inertia;
     int two_masses, rubs;
     double counts_per_rad, fraction, direction;
+    double fastest; // of the encoder, when the plant was tried [counts/s]
     // state
     double time;
     struct state now;
