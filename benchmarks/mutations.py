@@ -36,6 +36,8 @@ from jaxmotor.recording import write
 
 LIMIT_S = 5.0
 """A refusal takes less; what runs longer is a file that was taken, or it hangs."""
+COMPILES_S = 60.0
+"""What a model that is taken may need to compile its programs."""
 SUBPROCESSES = 50
 """One of so many runs is a process of its own."""
 LONGEST = 300
@@ -381,7 +383,9 @@ def run(
         kind, how = kinds[number % len(kinds)], HOW[number // len(kinds) % len(HOW)]
         command = makers.command(kind, rng, mutated(how, rng, makers.tree(kind, rng), WRITERS[kind]))
         alone = subprocesses and number % subprocesses == 0
-        found[kind, how].append(Case((in_subprocess if alone else in_process)(command), command, number))
+        limit = COMPILES_S if kind == "model" else LIMIT_S
+        outcome = in_subprocess(command) if alone else in_process(command, limit)
+        found[kind, how].append(Case(outcome, command, number))
     return found
 
 
