@@ -372,7 +372,12 @@ def _joint() -> dict[str, Any]:
 
 
 def run(
-    runs: int, seed: int, folder: Path, kinds: Iterable[str] = tuple(WRITERS), subprocesses: int = SUBPROCESSES
+    runs: int,
+    seed: int,
+    folder: Path,
+    kinds: Iterable[str] = tuple(WRITERS),
+    subprocesses: int = SUBPROCESSES,
+    limit_s: float = LIMIT_S,
 ) -> Found:
     """What came of `runs` damaged files."""
     makers = Kinds(folder)
@@ -383,8 +388,9 @@ def run(
         kind, how = kinds[number % len(kinds)], HOW[number // len(kinds) % len(HOW)]
         command = makers.command(kind, rng, mutated(how, rng, makers.tree(kind, rng), WRITERS[kind]))
         alone = subprocesses and number % subprocesses == 0
-        limit = COMPILES_S if kind == "model" else LIMIT_S
-        outcome = in_subprocess(command) if alone else in_process(command, limit)
+        outcome = (
+            in_subprocess(command) if alone else in_process(command, max(limit_s, COMPILES_S if kind == "model" else 0))
+        )
         found[kind, how].append(Case(outcome, command, number))
     return found
 

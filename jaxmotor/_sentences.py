@@ -31,8 +31,8 @@ def shown(value: Any, longest: int = 40) -> str:
     if isinstance(value, bool) or value is None:
         return repr(value).lower()
     if isinstance(value, int):
-        digits = int(value.bit_length() * math.log10(2)) + 1
-        return repr(value) if digits <= longest else f"a number of {digits} digits"
+        digits = int(value.bit_length() * math.log10(2))
+        return repr(value) if digits < longest else f"a number of some {digits} digits"
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, list | tuple):
