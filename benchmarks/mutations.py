@@ -415,7 +415,7 @@ def _row(kind: str, how: str, cases: list[Case]) -> str:
 
 
 def cli() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description="Damaged plans, plants and models.")
     parser.add_argument("--runs", type=int, default=5000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kinds", nargs="+", choices=list(WRITERS), default=list(WRITERS))

@@ -1,6 +1,6 @@
 """Numbers of a model file, and covariances: what can be meant, and what is damage."""
 
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from jaxtyping import Float
@@ -21,7 +21,7 @@ ROUNDING = 1e-6
 """Of correlations: a matrix that is less symmetric, or less positive, is damaged."""
 
 
-def is_number(value: Any) -> bool:
+def is_number(value: Any) -> TypeGuard[float | int]:
     """Whether `value` is a finite number that can be meant, not true or false."""
     return not isinstance(value, bool) and isinstance(value, int | float) and abs(value) <= LARGEST
 
