@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and read only where they are plain files of a sensible size."""
 
 import contextlib
 import os
@@ -29,6 +29,26 @@ def replacing(path: Path) -> Iterator[Path]:
         raise JaxmotorError(f"{path}: cannot be written ({error.strerror})") from error
     finally:
         part.unlink(missing_ok=True)
+
+
+def read_bytes(path: Path, limit: int, kind: str, remedy: str, error: type[JaxmotorError] = JaxmotorError) -> bytes:
+    """The bytes of a file that should be `kind`, such as "a plan"; `remedy` says what to do about a large one.
+
+    **Raises:** `error` where it is missing, no plain file (a folder, a pipe, a device), or larger than `limit` [byte].
+    """
+    try:
+        if path.exists() and not path.is_file():
+            raise error(f"{path}: is not a file; give the path of {kind}")
+        with path.open("rb") as file:
+            size = os.fstat(file.fileno()).st_size
+            data = file.read(limit + 1) if size <= limit else b""
+    except (OSError, ValueError) as fault:
+        reason = fault.strerror if isinstance(fault, OSError) else str(fault)
+        raise error(f"{path}: cannot be read ({reason}); check the path and its permissions") from fault
+    if max(size, len(data)) > limit:
+        much = f"{max(size, len(data)) / 1e6:.3g} MB are more than the {limit / 1e6:.3g} MB that are read"
+        raise error(f"{path}: {much}; {remedy}")
+    return data
 
 
 def write_text(path: Path, text: str) -> None:

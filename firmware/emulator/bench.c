@@ -10,6 +10,9 @@
 #include "bench.h"
 #include "transport.h"
 
+#define PLANT_FILE_MAX 100000
+#define COUNTS_PER_S_MAX 1.5e5 // the board takes 101 of its 16 million cycles a second for each
+
 static const char usage[] =
     "usage: bench [--stdio | --pty | --socket PORT] [--mode lockstep|fast|real] [--plant FILE.toml]\n"
     "             [--set TABLE.KEY=VALUE]... [--elf FILE] [--link PATH] [--once] [--stats FILE.json] [--pins FILE.csv]\n"
@@ -59,15 +62,18 @@ append(const char *piece)
 static void
 append_file(const char *path)
 {
-    char chunk[4096];
+    static char content[PLANT_FILE_MAX + 1];
     FILE *file = fopen(path, "r");
     if (!file)
         stop("cannot read the plant file %s", path);
-    for (size_t got; (got = fread(chunk, 1, sizeof chunk - 1, file));) {
-        chunk[got] = 0;
-        append(chunk);
-    }
+    size_t got = fread(content, 1, sizeof content, file);
     fclose(file);
+    if (got > PLANT_FILE_MAX)
+        stop("the plant file is larger than the 100 kB that are read%s", "");
+    if (memchr(content, 0, got))
+        stop("the plant file is not text%s", "");
+    content[got] = 0;
+    append(content);
     append("\n");
 }
 
@@ -193,6 +199,8 @@ main(int argc, char **argv)
     bench.plant = plant_create(text, error, sizeof error);
     if (!bench.plant)
         stop("plant file: %s", error);
+    if (plant_fastest(bench.plant) > COUNTS_PER_S_MAX)
+        stop("plant file: the motor turns so fast that the encoder gives more counts than the board follows%s", "");
 
     struct sigaction action = {.sa_handler = on_signal}; // without SA_RESTART: waiting ends too
     sigaction(SIGINT, &action, NULL);

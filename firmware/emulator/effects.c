@@ -9,9 +9,15 @@
 #include "toml.h"
 
 #define NEVER 1e30
-#define ANY -1e30, 1e30
-#define POSITIVE 1e-12, 1e30
-#define NOT_NEGATIVE 0, 1e30
+#define WHEN -1e30, 1e30
+#define VOLTS 0, 1000
+#define SIGNED_VOLTS -1000, 1000
+#define SPEED 1e-6, 1e6
+#define FREQUENCY 1e-3, 1e4
+#define INERTIA_RATIO 1e-4, 1e4
+#define CYCLES 1e-3, 1e5
+#define ANGLE -1e6, 1e6
+#define SLOWNESS 1e-6, 1e9
 #define SHARE 0, 0.999
 #define REQUIRED -2e30 // no default: a table without this key is an error
 
@@ -22,77 +28,77 @@ static const struct key {
 } keys[] = {
 #define KEY(table, key, value, ...) \
     {#table, #key, offsetof(struct parameters, table.on), offsetof(struct parameters, table.key), value, __VA_ARGS__}
-    KEY(motor, resistance_ohm, 4.5, POSITIVE),
-    KEY(motor, inductance_H, 524e-6, NOT_NEGATIVE),
-    KEY(motor, gain_rad_s_V, 10.6, POSITIVE),
-    KEY(motor, pole_rad_s, 40, POSITIVE),
+    KEY(motor, resistance_ohm, 4.5, 1e-3, 1e5),
+    KEY(motor, inductance_H, 524e-6, 0, 10),
+    KEY(motor, gain_rad_s_V, 10.6, 1e-3, 1e5),
+    KEY(motor, pole_rad_s, 40, 1e-3, 1e4),
     KEY(motor, viscous_share, 0.045, SHARE),
-    KEY(motor, torque_constant_Nm_A, 0, NOT_NEGATIVE),
-    KEY(motor, inertia_kgm2, 0, NOT_NEGATIVE),
-    KEY(motor, damping_Nms, 0, NOT_NEGATIVE),
-    KEY(battery, volts_V, 7.4, NOT_NEGATIVE),
-    KEY(battery, resistance_ohm, 0, NOT_NEGATIVE),
-    KEY(battery, droop_V_per_As, 0, NOT_NEGATIVE),
-    KEY(battery, smoothing_s, 1e-3, POSITIVE),
-    KEY(battery, cutoff_at_s, NEVER, ANY),
-    KEY(battery, cutoff_V, 0, NOT_NEGATIVE),
-    KEY(bridge, diode_V, 0.7, NOT_NEGATIVE),
-    KEY(encoder, counts_per_rev, 617.4, POSITIVE),
+    KEY(motor, torque_constant_Nm_A, 0, 0, 1e3),
+    KEY(motor, inertia_kgm2, 0, 0, 1e6),
+    KEY(motor, damping_Nms, 0, 0, 1e6),
+    KEY(battery, volts_V, 7.4, VOLTS),
+    KEY(battery, resistance_ohm, 0, 0, 1e6),
+    KEY(battery, droop_V_per_As, 0, 0, 1e6),
+    KEY(battery, smoothing_s, 1e-3, SLOWNESS),
+    KEY(battery, cutoff_at_s, NEVER, WHEN),
+    KEY(battery, cutoff_V, 0, VOLTS),
+    KEY(bridge, diode_V, 0.7, VOLTS),
+    KEY(encoder, counts_per_rev, 617.4, 1e-3, 1e6),
     KEY(encoder, start_fraction, -1, -1, 1),
-    KEY(encoder, start_angle_rad, NEVER, ANY),
+    KEY(encoder, start_angle_rad, NEVER, ANGLE),
     KEY(wiring, motor_swapped, 0, 0, 1),
     KEY(wiring, encoder_swapped, 0, 0, 1),
-    KEY(wiring, unplugged_at_s, NEVER, ANY),
-    KEY(wiring, jammed_at_s, NEVER, ANY),
-    KEY(bench, seed, 1, NOT_NEGATIVE),
+    KEY(wiring, unplugged_at_s, NEVER, WHEN),
+    KEY(wiring, jammed_at_s, NEVER, WHEN),
+    KEY(bench, seed, 1, 0, 0x1p53),
     KEY(bench, step_s, 1e-5, 1e-7, 2e-5),
     KEY(bench, pwm_edges, 1, 0, 1),
     KEY(bench, pwm_Hz, 4000, 1, 10000),
 
     KEY(transport_delay, delay_s, REQUIRED, 0, 0.1),
-    KEY(dead_zone, volts_V, REQUIRED, NOT_NEGATIVE),
-    KEY(input_threshold, volts_V, REQUIRED, NOT_NEGATIVE),
-    KEY(voltage_offset, volts_V, REQUIRED, ANY),
-    KEY(voltage_saturation, volts_V, REQUIRED, NOT_NEGATIVE),
-    KEY(current_limit, volts_V, REQUIRED, NOT_NEGATIVE),
+    KEY(dead_zone, volts_V, REQUIRED, VOLTS),
+    KEY(input_threshold, volts_V, REQUIRED, VOLTS),
+    KEY(voltage_offset, volts_V, REQUIRED, SIGNED_VOLTS),
+    KEY(voltage_saturation, volts_V, REQUIRED, VOLTS),
+    KEY(current_limit, volts_V, REQUIRED, VOLTS),
     KEY(direction_asymmetry, ratio, REQUIRED, -1, 1),
-    KEY(supply_sag, ratio, REQUIRED, NOT_NEGATIVE),
-    KEY(supply_drift, rate_per_s, REQUIRED, ANY),
-    KEY(electrical_pole, time_constant_s, REQUIRED, NOT_NEGATIVE),
+    KEY(supply_sag, ratio, REQUIRED, 0, 1e3),
+    KEY(supply_drift, rate_per_s, REQUIRED, -0.1, 1e3),
+    KEY(electrical_pole, time_constant_s, REQUIRED, 0, 10),
 
-    KEY(coulomb_friction, volts_V, REQUIRED, NOT_NEGATIVE),
-    KEY(load_torque, volts_V, REQUIRED, ANY),
-    KEY(stiction, volts_V, REQUIRED, NOT_NEGATIVE),
-    KEY(stiction, static_volts_V, REQUIRED, NOT_NEGATIVE),
-    KEY(stiction, stribeck_speed_rad_s, REQUIRED, POSITIVE),
-    KEY(quadratic_drag, volts_V_s2_rad2, REQUIRED, NOT_NEGATIVE),
-    KEY(cogging, volts_V, REQUIRED, ANY),
-    KEY(cogging, cycles_per_rev, REQUIRED, POSITIVE),
-    KEY(cogging, phase_rad, 0, ANY),
-    KEY(winding_heating, rise_ratio, REQUIRED, NOT_NEGATIVE),
-    KEY(winding_heating, time_constant_s, REQUIRED, POSITIVE),
-    KEY(shaft_compliance, frequency_Hz, REQUIRED, POSITIVE),
-    KEY(shaft_compliance, damping_ratio, REQUIRED, NOT_NEGATIVE),
-    KEY(shaft_compliance, inertia_ratio, REQUIRED, POSITIVE),
-    KEY(backlash, gap_rad, REQUIRED, NOT_NEGATIVE),
-    KEY(backlash, inertia_ratio, REQUIRED, POSITIVE),
-    KEY(backlash, contact_frequency_Hz, 90, POSITIVE),
-    KEY(backlash, contact_damping_ratio, 0.3, NOT_NEGATIVE),
+    KEY(coulomb_friction, volts_V, REQUIRED, VOLTS),
+    KEY(load_torque, volts_V, REQUIRED, SIGNED_VOLTS),
+    KEY(stiction, volts_V, REQUIRED, VOLTS),
+    KEY(stiction, static_volts_V, REQUIRED, VOLTS),
+    KEY(stiction, stribeck_speed_rad_s, REQUIRED, SPEED),
+    KEY(quadratic_drag, volts_V_s2_rad2, REQUIRED, 0, 1e6),
+    KEY(cogging, volts_V, REQUIRED, SIGNED_VOLTS),
+    KEY(cogging, cycles_per_rev, REQUIRED, CYCLES),
+    KEY(cogging, phase_rad, 0, ANGLE),
+    KEY(winding_heating, rise_ratio, REQUIRED, 0, 100),
+    KEY(winding_heating, time_constant_s, REQUIRED, 1e-3, 1e9),
+    KEY(shaft_compliance, frequency_Hz, REQUIRED, FREQUENCY),
+    KEY(shaft_compliance, damping_ratio, REQUIRED, 0, 100),
+    KEY(shaft_compliance, inertia_ratio, REQUIRED, INERTIA_RATIO),
+    KEY(backlash, gap_rad, REQUIRED, 0, 1e6),
+    KEY(backlash, inertia_ratio, REQUIRED, INERTIA_RATIO),
+    KEY(backlash, contact_frequency_Hz, 90, FREQUENCY),
+    KEY(backlash, contact_damping_ratio, 0.3, 0, 100),
 
-    KEY(encoder_eccentricity, amplitude_rad, REQUIRED, ANY),
-    KEY(encoder_eccentricity, cycles_per_rev, REQUIRED, POSITIVE),
-    KEY(encoder_eccentricity, phase_rad, 0, ANY),
+    KEY(encoder_eccentricity, amplitude_rad, REQUIRED, -10, 10),
+    KEY(encoder_eccentricity, cycles_per_rev, REQUIRED, CYCLES),
+    KEY(encoder_eccentricity, phase_rad, 0, ANGLE),
     KEY(missed_counts, ratio, REQUIRED, 0, 1),
-    KEY(missed_counts, speed_rad_s, REQUIRED, NOT_NEGATIVE),
-    KEY(sensor_lag, time_constant_s, REQUIRED, POSITIVE),
+    KEY(missed_counts, speed_rad_s, REQUIRED, 0, 1e9),
+    KEY(sensor_lag, time_constant_s, REQUIRED, SLOWNESS),
 
-    KEY(late_load, start_s, REQUIRED, ANY),
-    KEY(late_load, volts_V, REQUIRED, ANY),
-    KEY(outside_torque, frequency_Hz, REQUIRED, NOT_NEGATIVE),
-    KEY(outside_torque, volts_V, REQUIRED, ANY),
-    KEY(outside_torque, phase_rad, 0, ANY),
-    KEY(wandering_torque, volts_V, REQUIRED, NOT_NEGATIVE),
-    KEY(wandering_torque, time_constant_s, REQUIRED, POSITIVE),
+    KEY(late_load, start_s, REQUIRED, WHEN),
+    KEY(late_load, volts_V, REQUIRED, SIGNED_VOLTS),
+    KEY(outside_torque, frequency_Hz, REQUIRED, 0, 1e4),
+    KEY(outside_torque, volts_V, REQUIRED, SIGNED_VOLTS),
+    KEY(outside_torque, phase_rad, 0, ANGLE),
+    KEY(wandering_torque, volts_V, REQUIRED, VOLTS),
+    KEY(wandering_torque, time_constant_s, REQUIRED, SLOWNESS),
 #undef KEY
 };
 #define KEYS ((int)(sizeof keys / sizeof *keys))
@@ -146,7 +152,8 @@ visit(void *context, const char *table, const char *key, const char *value, int 
             return parse->message;
         }
         if (number < keys[k].low || number > keys[k].high) {
-            snprintf(parse->message, sizeof parse->message, "%.60s = %g is out of range", key, number);
+            snprintf(parse->message, sizeof parse->message, "%.60s = %g is out of range: %g to %g", key, number,
+                     keys[k].low, keys[k].high);
             return parse->message;
         }
         *place(parse->parameters, &keys[k]) = number;
@@ -154,7 +161,8 @@ visit(void *context, const char *table, const char *key, const char *value, int 
     }
     if (is_text && !*table)
         return NULL; // a title or a note at the top
-    snprintf(parse->message, sizeof parse->message, "[%.60s] has no key %.60s", table, key);
+    snprintf(parse->message, sizeof parse->message, *table ? "[%.60s] has no key %.60s" : "%.0s%.60s stands in no [table]",
+             table, key);
     return parse->message;
 }
 

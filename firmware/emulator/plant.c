@@ -192,6 +192,10 @@ static void
 step(struct plant *p, double h)
 {
     double began = p->time, from = position(p);
+    if (p->diverged) {
+        p->time = began + h;
+        return;
+    }
     before_step(p, h);
     double left = h;
     for (int k = 0; k < 8 && left > 1e-4 * h; ++k)

@@ -31,6 +31,7 @@ void plant_hold(struct plant *plant, double duty, int drive, double seconds);
 int plant_edges(const struct plant *plant, const struct plant_edge **edges);
 
 int64_t plant_count(const struct plant *plant);
+double plant_fastest(const struct plant *plant); // counts/s at full duty, or driven by its load with the bridge open
 double plant_time(const struct plant *plant);    // s
 double plant_angle(const struct plant *plant);   // rad, true
 double plant_speed(const struct plant *plant);   // rad/s, true

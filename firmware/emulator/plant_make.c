@@ -1,10 +1,13 @@
 // A plant from its file: the motor's constants from what the file gives, and where everything starts.
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "plant_drive.h"
 #include "plant_sensor.h"
+
+#define TRIAL_ms 800
 
 static void
 derive(struct plant *p)
@@ -47,6 +50,57 @@ derive(struct plant *p)
     p->direction = set->wiring.encoder_swapped > 0 ? -1 : 1;
 }
 
+// Derived values are rounded.
+static int
+within(double value, double low, double high)
+{
+    return value >= low * (1 - 1e-9) && value <= high * (1 + 1e-9);
+}
+
+static int
+motor_refused(const struct plant *p, char *error, int error_size)
+{
+    double v[7];
+    plant_linear(p, v);
+    const char *wrong = NULL;
+    double found = 0;
+    if (!within(v[0], 1e-3, 1e5))
+        wrong = "[motor] has a gain of %g rad/s/V: 0.001 to 1e5", found = v[0];
+    else if (!within(v[1], 1e-3, 1e4))
+        wrong = "[motor] has a pole of %g rad/s: 0.001 to 1e4", found = v[1];
+    else if (v[2] != 0 && !within(v[2], 1e-6, 10))
+        wrong = "[motor] has an electrical time constant L/R of %g s: 0, or 1e-6 to 10", found = v[2];
+    if (wrong)
+        snprintf(error, error_size, wrong, found);
+    return wrong != NULL;
+}
+
+// An open bridge, full duty and a short circuit for a moment. A motor whose parts do not fit together shows it at once:
+// a step of the integration is too long for a stiff spring or brake, and the numbers grow beyond all bounds.
+static int
+motion_refused(struct plant *p, char *error, int error_size)
+{
+    struct plant *trial = malloc(sizeof *trial);
+    if (!trial)
+        abort();
+    *trial = *p;
+    trial->set.transport_delay.on = 0;
+    trial->set.late_load.start_s = 0;
+    trial->set.wiring.jammed_at_s = trial->set.wiring.unplugged_at_s = 1e30;
+    for (int k = 0; k < TRIAL_ms && !trial->diverged; ++k) {
+        int part = 4 * k / TRIAL_ms;
+        plant_hold(trial, part == 2, part < 2 ? DRIVE_OFF : DRIVE_BRAKE, 1e-3);
+        double rate = fabs(trial->now.speed) * trial->counts_per_rad;
+        p->fastest = rate > p->fastest ? rate : p->fastest;
+    }
+    const struct state *s = &trial->now;
+    int lost = trial->diverged || !isfinite(s->current) || !isfinite(s->load_speed) || !isfinite(trial->smoothed);
+    free(trial);
+    if (lost)
+        snprintf(error, error_size, "the motor cannot be integrated: a spring, brake or source is too stiff for it");
+    return lost;
+}
+
 struct plant *
 plant_create(const char *toml, char *error, int error_size)
 {
@@ -67,6 +121,10 @@ plant_create(const char *toml, char *error, int error_size)
     p->fraction = (p->set.encoder.start_fraction >= 0 ? p->set.encoder.start_fraction : fraction) - start;
     p->wander_to = p->set.wandering_torque.on ? p->set.wandering_torque.volts_V * random_normal(&p->random) : 0;
     p->battery = open_circuit(p);
+    if (motor_refused(p, error, error_size) || motion_refused(p, error, error_size)) {
+        free(p);
+        return NULL;
+    }
     return p;
 }
 

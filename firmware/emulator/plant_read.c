@@ -23,6 +23,12 @@ plant_time(const struct plant *p)
 }
 
 double
+plant_fastest(const struct plant *p)
+{
+    return p->fastest;
+}
+
+double
 plant_angle(const struct plant *p)
 {
     return p->now.angle;

@@ -5,6 +5,9 @@
 
 #include "plant_state.h"
 
+#define COUNTS_PER_STEP_MAX 1e4 // a plant that gets there has come apart
+#define COUNTS_MAX 1e15         // of which a double still knows the fraction
+
 // What the encoder's disc shows, in rad.
 static inline double
 shown(const struct plant *p)
@@ -27,6 +30,10 @@ position(const struct plant *p)
 static inline void
 add_edges(struct plant *p, double from, double to, double began, double h)
 {
+    if (!(fabs(to - from) < COUNTS_PER_STEP_MAX && fabs(to) < COUNTS_MAX)) {
+        p->diverged = 1;
+        return;
+    }
     int64_t count = (int64_t)maths_floor(to);
     if (p->time >= p->set.wiring.unplugged_at_s)
         return;

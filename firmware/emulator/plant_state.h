@@ -35,6 +35,7 @@ struct plant {
     double source_resistance, per_inductance, per_inertia;
     int two_masses, rubs;
     double counts_per_rad, fraction, direction;
+    double fastest; // of the encoder, when the plant was tried [counts/s]
     // state
     double time;
     struct state now;
@@ -42,6 +43,7 @@ struct plant {
     double drawn;    // charge [As]
     double smoothed; // battery current [A]
     double lagged, missed; // sensor [rad]
+    int diverged;          // a number left all bounds: the shaft stands still from then on
     double wander_from, wander_to, wander_at;
     struct random random;
     int stuck;

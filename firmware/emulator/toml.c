@@ -62,6 +62,15 @@ parse_line(const char *line, char *table, toml_visit *visit, void *context)
     return *at && *at != '\n' && *at != '#' ? "something follows that does not belong there" : NULL;
 }
 
+// What a stranger wrote may reach a terminal: only what prints is passed on.
+static void
+make_printable(char *text)
+{
+    for (; *text; ++text)
+        if (*text < ' ' || *text > '~')
+            *text = '?';
+}
+
 int
 toml_parse(const char *text, toml_visit *visit, void *context, char *error, int error_size)
 {
@@ -70,6 +79,7 @@ toml_parse(const char *text, toml_visit *visit, void *context, char *error, int 
         const char *wrong = parse_line(text, table, visit, context);
         if (wrong) {
             snprintf(error, error_size, "line %d: %s", number, wrong);
+            make_printable(error);
             return -1;
         }
         text += strcspn(text, "\n");

@@ -19,17 +19,31 @@ A list makes one experiment of each of its values, and `repeat = 10` ten of each
 import dataclasses
 import itertools
 import math
-import tomllib
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NoReturn
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor._files import read_bytes
+from jaxmotor._sentences import one_of, shown
+from jaxmotor.recording import RecordingError
+from jaxmotor.recording._parse_toml import parse_toml
+from jaxmotor.recording._text import MAX_ROWS, text_of
 
 FOLDER = Path(__file__).parent / "plans"
 BUILT_IN = ("paper", "full")
 MAX_TICKS = 65535
 """Of one experiment, and of the rest before it."""
+MAX_BYTES = 1_000_000
+MAX_EXPERIMENTS = 10_000
+"""With their repetitions, each value of a list counted; boards take fewer."""
+MAX_NAME, MAX_TEXT = 100, 10_000
+"""Characters of the plan's name, and of a note."""
+LARGEST = 1e9
+"""No number of a plan is greater, in whatever unit, ..."""
+SMALLEST = 1e-9
+"""...or nearer to 0 without being 0."""
 Value = float | int
 
 NEEDED = {
@@ -124,14 +138,15 @@ def load_plan(name: str | Path, *, whole_hertz: bool = False) -> Plan:
     **Raises:** `PlanError`.
     """
     path = FOLDER / f"{name}.toml" if str(name) in BUILT_IN else Path(name)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
+    if not os.path.lexists(path):
         raise PlanError(
             f"{name}: there is no such plan; name a TOML file, or one of the built-in plans {' and '.join(BUILT_IN)}"
-        ) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise PlanError(f"{name}: the plan cannot be read ({error})") from error
+        )
+    data = read_bytes(path, MAX_BYTES, "a plan", "a plan is a short TOML file", PlanError)
+    try:
+        text = text_of(data, str(name))
+    except RecordingError as error:
+        raise PlanError(str(error)) from error
     return parse_plan(text, str(name), whole_hertz=whole_hertz)
 
 
@@ -141,9 +156,9 @@ def parse_plan(text: str, source: str, *, whole_hertz: bool = False) -> Plan:
     **Raises:** `PlanError`.
     """
     try:
-        table = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, ValueError) as error:
-        raise PlanError(f"{source}: the plan is not TOML ({error})") from error
+        table = parse_toml(text, source, "the plan")
+    except RecordingError as error:
+        raise PlanError(str(error)) from error
     return _Reader(source).plan(table, whole_hertz)
 
 
@@ -158,34 +173,40 @@ class _Reader:
         period = self.period(table.get("period_ms", 5))
         drive = table.get("drive", "brake")
         if drive not in ("brake", "coast"):
-            self.fail(f"drive = {drive!r} is not known; it is 'brake' or 'coast'")
+            self.fail(f"drive = {shown(drive)} is not known; it is 'brake' or 'coast'")
         rest_s = self.number(table, "rest_s", 0.3, least=0.0)
-        detune = table.get("detune", False) is True and not whole_hertz
+        detune = self.truth(table, "detune") and not whole_hertz
         source, tables = self.where, table.get("experiment", [])
-        if not isinstance(tables, list) or not tables or not all(isinstance(item, dict) for item in tables):
-            self.fail("the plan has no experiments; add [[experiment]] with a kind and a duration_s")
-        experiments: list[Experiment] = []
-        for index, item in enumerate(tables):
-            self.where = f"{source}: experiment {index}"
-            experiments += self.experiments(item, period, rest_s, detune)
-        self.where = source
         optional = {
             key: self.number(table, key, 0.0) if key in table else None
             for key in ("supply_V", "counts_per_rev", "travel_rev", "supply_min_V", "no_load_rad_s")
         }
         header = {key: self.text(table[key], key) for key in _TEXTS if key in table}
-        name = self.text(table.get("name", Path(source).stem), "name")
+        name = self.text(table.get("name", Path(source).stem[:MAX_NAME]), "name", MAX_NAME)
+        if not isinstance(tables, list) or not tables or not all(isinstance(item, dict) for item in tables):
+            self.fail("the plan has no experiments; add [[experiment]] with a kind and a duration_s")
+        experiments: list[Experiment] = []
+        ticks = 0
+        for index, item in enumerate(tables):
+            self.where = f"{source}: experiment {index}"
+            before = len(experiments)
+            experiments += self.experiments(item, period, rest_s, detune, MAX_EXPERIMENTS - len(experiments))
+            ticks += sum(experiment.rest_ticks + experiment.ticks for experiment in experiments[before:])
+            if ticks > MAX_ROWS:
+                self.fail(f"with this the plan has more than the {MAX_ROWS} samples of a recording; shorten it")
         return Plan(name, period, tuple(experiments), drive, header=header, **optional)
 
     def period(self, value: Any) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 20:
-            self.fail(f"period_ms = {value!r} is not a whole number from 1 to 20")
+            self.fail(f"period_ms = {shown(value)} is not a whole number from 1 to 20")
         return value
 
-    def experiments(self, table: dict[str, Any], period_ms: int, rest_s: float, detune: bool) -> list[Experiment]:
+    def experiments(
+        self, table: dict[str, Any], period_ms: int, rest_s: float, detune: bool, most: int
+    ) -> list[Experiment]:
         kind = table.get("kind")
         if not isinstance(kind, str) or kind not in NEEDED:
-            self.fail(f"kind = {kind!r} is not known; it is one of {', '.join(NEEDED)}")
+            self.fail(f"kind = {shown(kind)} is not known; it is one of {', '.join(NEEDED)}")
         defaults: dict[str, Any] = OPTIONAL.get(kind, {})
         self.unknown(table, _COMMON | NEEDED[kind] | set(defaults))
         for key in sorted(NEEDED[kind] - set(table)):
@@ -193,12 +214,18 @@ class _Reader:
         repeat = self.whole(table, "repeat", 1)
         rest = self.ticks(self.number(table, "rest_s", rest_s, least=0.0), period_ms, "rest_s")
         names = sorted(NEEDED[kind] | set(defaults))
+        number = repeat * math.prod(len(table[name]) if isinstance(table.get(name), list) else 1 for name in names)
+        if number > most:
+            self.fail(f"with these {number} experiments the plan has more than {MAX_EXPERIMENTS}; shorten its lists")
         choices = [self.values(table, name, defaults.get(name)) for name in names]
         made = [self.one(kind, dict(zip(names, c, strict=True)), table, period_ms) for c in itertools.product(*choices)]
         made = [
             Experiment(kind, ticks, 0 if rest == 1 else rest, _detuned(parameters, index) if detune else parameters)
             for index, (ticks, parameters) in enumerate(made)
         ]
+        highest = max((e.parameters.get("frequency_Hz", 0.0) for e in made), default=0.0)
+        if highest >= 500 / period_ms:
+            self.fail(f"frequency_Hz = {highest:g}, detuned, is not below the Nyquist frequency; lower it")
         return [experiment for experiment in made for _ in range(repeat)]
 
     def one(
@@ -240,7 +267,9 @@ class _Reader:
         value = table.get(key, default)
         signed = key.endswith(("_V", "rad_s")) or key == "gain" or key == "integral_gain"
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            self.fail(f"{key} = {value!r} is not a number")
+            self.fail(f"{key} = {shown(value)} is not a number")
+        if abs(value) > LARGEST or 0 < abs(value) < SMALLEST:
+            self.fail(f"{key} = {value:g} is more than {LARGEST:g} or less than {SMALLEST:g}; check its unit")
         if least is not None and value < least:
             self.fail(f"{key} = {value:g} is less than {least:g}")
         positive_key = key in ("supply_V", "supply_min_V", "no_load_rad_s")
@@ -251,18 +280,26 @@ class _Reader:
     def whole(self, table: dict[str, Any], key: str, default: int) -> int:
         value = table.get(key, default)
         if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 10_000:
-            self.fail(f"{key} = {value!r} is not a whole number from 1 to 10000")
+            self.fail(f"{key} = {shown(value)} is not a whole number from 1 to 10000")
         return value
 
-    def text(self, value: Any, key: str) -> str:
+    def truth(self, table: dict[str, Any], key: str) -> bool:
+        value = table.get(key, False)
+        if not isinstance(value, bool):
+            self.fail(f"{key} = {shown(value)} is not true or false")
+        return value
+
+    def text(self, value: Any, key: str, longest: int = MAX_TEXT) -> str:
         if not isinstance(value, str):
             self.fail(f"{key} is text; put it in quotes")
+        if len(value) > longest:
+            self.fail(f"{key} has {len(value)} characters, more than {longest}; shorten it")
         return value
 
     def unknown(self, table: dict[str, Any], known: set[str]) -> None:
         for key in table:
             if key not in known:
-                self.fail(f"{key} is not known here; it is one of {', '.join(sorted(known))}")
+                self.fail(f"{shown(key)[1:-1]} is not known here; it is one of {one_of(sorted(known), key)}")
 
     def fail(self, sentence: str) -> NoReturn:
         raise PlanError(f"{self.where}: {sentence}")

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from jaxmotor.bench._board import Board
-from jaxmotor.bench._plan import Experiment, Plan, PlanError, Value
+from jaxmotor.bench._plan import LARGEST, SMALLEST, Experiment, Plan, PlanError, Value
 
 LEVEL = 128
 """Levels per duty."""
@@ -83,9 +83,12 @@ def rig_for(plan: Plan, board: Board) -> Rig:
             f"{plan.name}: period_ms = {plan.period_ms} is longer than the board's {board.period_max_ms} ms; shorten it"
         )
     supply = board.supply_V if plan.supply_V is None else plan.supply_V
-    if supply <= 0:
+    if supply <= 0 and plan.supply_V is None:
         raise PlanError(f"{plan.name}: the board measures no supply; switch it on, or state supply_V in the plan")
     counts = board.counts_per_rev if plan.counts_per_rev is None else plan.counts_per_rev
+    for key, value in (("supply_V", supply), ("counts_per_rev", counts)):
+        if not SMALLEST <= value <= LARGEST:
+            raise PlanError(f"{plan.name}: {key} = {value:g} is not a positive number; state it as it is on the rig")
     return Rig(board, plan.period_ms, supply, counts)
 
 
@@ -119,6 +122,7 @@ def _slot(where: str, experiment: Experiment, rig: Rig) -> Slot:
             f"{where}: {volts:.3g} V are more than the supply of {rig.supply_V:.4g} V; lower it or raise the supply"
         )
     _check(where, experiment, rig, numbers)
+    _check_small(where, experiment, rig)
     word = _WORDS.get(experiment.kind, experiment.kind)
     return Slot(word, experiment.rest_ticks, experiment.ticks, numbers, header)
 
@@ -150,6 +154,15 @@ def _check(where: str, experiment: Experiment, rig: Rig, numbers: tuple[int, int
     if experiment.kind == "closed_loop" and (numbers[0] < 0 or max(gains) > 0xFFFF or _gain(p["gain"], rig) > 0xFFFF):
         most, integral = _volts(0xFFFF, rig), 1 / rig.period_s / _duty_per_count_s(rig)
         raise PlanError(f"{where}: gain is from 0 to {most:.4g} V s/rad, integral_gain from 0 to {integral:.4g} V/rad")
+
+
+def _check_small(where: str, experiment: Experiment, rig: Rig) -> None:
+    """**Raises:** `PlanError` where the board's whole numbers make nothing of a frequency or an amplitude."""
+    for key, value in experiment.parameters.items():
+        if key.endswith("_Hz") and rig.increment(value) == 0:
+            raise PlanError(f"{where}: {key} = {value:g} is below the board's {1 / PHASE / rig.period_s:.3g} Hz")
+        if key == "amplitude_V" and rig.level(value) == 0:
+            raise PlanError(f"{where}: {key} = {value:g} is below the board's {rig.volts_per_duty / LEVEL:.3g} V")
 
 
 def _gain(gain: float, rig: Rig) -> int:

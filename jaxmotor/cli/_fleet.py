@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from jaxmotor._sentences import printable
+
 if TYPE_CHECKING:
     from jaxmotor.fleet import Done, Summary
 
 MOST_OUTLIERS = 10
 """That are printed."""
+MOST_SKIPPED = 10
+"""That are named."""
 
 
 def fleet_command(
@@ -51,7 +55,7 @@ def fleet_command(
     verdicts, undiagnosed = _diagnoses(summary.output) if diagnose else ([], 0)
     lines = [_text(summary), *verdicts, *_population(summary, friction, figure)]
     typer.echo("\n".join(lines))
-    if summary.problems or undiagnosed:
+    if summary.problems or summary.skipped or undiagnosed:
         raise typer.Exit(1)
 
 
@@ -96,6 +100,9 @@ def _text(summary: Summary) -> str:
         lines.append(f"  {summary.problems} of them could not be identified: column 'problem' says why")
     if summary.doubled:
         lines.append(f"  {summary.doubled} names stand for more than one motor: column 'source' tells them apart")
+    lines += [f"  skipped: {printable(name)}" for name in summary.skipped[:MOST_SKIPPED]]
+    if len(summary.skipped) > MOST_SKIPPED:
+        lines.append(f"  skipped: {len(summary.skipped) - MOST_SKIPPED} more")
     return "\n".join(lines)
 
 

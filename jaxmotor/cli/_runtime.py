@@ -1,13 +1,21 @@
 """JAX made ready for a command, before it computes anything."""
 
+import contextlib
+import functools
+import glob
 import os
+import re
 import sys
+import warnings
 from pathlib import Path
+from typing import Any
 
 WHOLE_LOOPS = "--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold=100000000"
 """XLA makes a loop on the CPU one piece of machine code only where it moves few bytes, and else walks through its parts
 in every pass. A simulation is a loop with little to do in each: as one piece it takes two thirds of the time, or half.
 Versions that do not know the option pass over it."""
+
+_CACHE_WARNING = re.compile(r"Error (?:reading|writing) persistent compilation cache entry for '([^']*)'")
 
 
 def prepare_jax(threads: bool = False) -> None:
@@ -30,9 +38,30 @@ def _use_compilation_cache() -> None:
         return
     import jax
 
+    _let_damaged_entries_go(Path(folder))
     jax.config.update("jax_compilation_cache_dir", folder)
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+@functools.cache
+def _let_damaged_entries_go(folder: Path) -> None:
+    """JAX compiles what it cannot read from the cache, leaves it there, and warns of it in every run from then on.
+
+    A full disk, or a process that was killed as it wrote, leaves such an entry. It is deleted instead, without a word:
+    the next run writes it anew.
+    """
+    show = warnings.showwarning
+
+    def showwarning(message: Warning | str, *about: Any, **more: Any) -> None:
+        if (found := _CACHE_WARNING.match(str(message))) is None:
+            show(message, *about, **more)
+            return
+        for entry in folder.glob(f"{glob.escape(found[1])}-*"):
+            with contextlib.suppress(OSError):
+                entry.unlink()
+
+    warnings.showwarning = showwarning
 
 
 def _let_threads_compute() -> None:

@@ -9,6 +9,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from jaxmotor._precision import in_float64, to_numpy
+from jaxmotor._sentences import one_of, shown
+from jaxmotor.estimate._model_numbers import is_number
 from jaxmotor.motor import EFFECTS, AbstractEffect
 from jaxmotor.motor.effects import parameters
 
@@ -61,12 +63,12 @@ def read_effects(content: Any) -> list[ReadEffect]:
 def _read(item: Any) -> ReadEffect:
     name = item.get("name") if isinstance(item, dict) else None
     if not isinstance(name, str) or name not in EFFECTS:
-        raise ValueError(f"effects has the name {str(name)[:40]!r}, which is none of {', '.join(sorted(EFFECTS))}")
+        raise ValueError(f"effects has the name {shown(name)}, which is none of {one_of(sorted(EFFECTS), name)}")
     about = parameters(EFFECTS[name])
     values, errors = _table(name, item, "parameters"), _table(name, item, "standard_error")
     unknown = next((key for key in values if key not in about), None)
     if unknown is not None:
-        raise ValueError(f"effect {name} has no parameter {unknown[:40]!r}; it has {', '.join(about) or 'none'}")
+        raise ValueError(f"effect {name} has no parameter {shown(unknown)}; it has {', '.join(about) or 'none'}")
     numbers = {key: _value(name, key, values.get(key), about[key]["kind"]) for key in about}
     effect = to_numpy(EFFECTS[name].of(**numbers))
     return ReadEffect(effect, {key: _error(name, key, errors.get(key)) for key in about})
@@ -80,8 +82,8 @@ def _table(name: str, item: dict[str, Any], key: str) -> dict[str, Any]:
 
 
 def _value(name: str, key: str, value: Any, kind: str) -> float:
-    if not _is_number(value):
-        raise ValueError(f"effect {name}: {key} is {value!r:.40}, not a number")
+    if not is_number(value):
+        raise ValueError(f"effect {name}: {key} is {shown(value)}, not a number")
     if value < 0 and kind in ("positive", "amplitude", "fixed"):
         raise ValueError(f"effect {name}: {key} is {value:g}, and is never negative")
     return float(value)
@@ -90,13 +92,9 @@ def _value(name: str, key: str, value: Any, kind: str) -> float:
 def _error(name: str, key: str, error: Any) -> float:
     if error is None:
         return math.nan
-    if not _is_number(error) or error < 0:
-        raise ValueError(f"effect {name}: the standard error of {key} is {error!r:.40}, not a positive number or null")
+    if not is_number(error) or error < 0:
+        raise ValueError(f"effect {name}: the standard error of {key} is {shown(error)}, not a positive number or null")
     return float(error)
-
-
-def _is_number(value: Any) -> bool:
-    return not isinstance(value, bool) and isinstance(value, int | float) and math.isfinite(value)
 
 
 def _or_none(value: float) -> float | None:

@@ -7,7 +7,6 @@ their parameters are together with the linear ones.
 
 import dataclasses
 import json
-import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,17 +15,22 @@ from typing import Any
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor._files import read_bytes
 from jaxmotor._precision import in_float64, to_jax, to_numpy
+from jaxmotor._sentences import shown
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model_effects import effects_to_json, read_effects
 from jaxmotor.estimate._model_joint import Joint, joint_to_json, names_of, read_joint
+from jaxmotor.estimate._model_numbers import RANGES, covariance_of, in_range, is_number, numbers
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor, SecondOrder, linear_motor
 from jaxmotor.motor.effects import VoltageOffset
 
 FORMAT = 1
 LARGEST = 20_000_000
 """Bytes of a model file that are read at most."""
+MAX_TEXT = 1000
+"""Characters of a name."""
 KEYS = ("gain_rad_s_V", "pole_rad_s", "electrical_time_constant_s")
 SHARE = "viscous_share"
 JOINT = "joint_covariance"
@@ -164,25 +168,27 @@ def read_model(path: str | os.PathLike[str]) -> Model:
     content = _load(path)
     version = content.get("format")
     if version != FORMAT:
-        raise JaxmotorError(f"{path}: model format {version!r} is not {FORMAT}; write it anew with jaxmotor identify")
+        raise JaxmotorError(
+            f"{path}: model format {shown(version)} is not {FORMAT}; write it anew with jaxmotor identify"
+        )
     values = content.get("model")
     if not isinstance(values, dict):
         raise JaxmotorError(f"{path}: has no 'model' with gain_rad_s_V and pole_rad_s; write it with jaxmotor identify")
     keys = KEYS if KEYS[2] in values else KEYS[:2]
-    numbers = [_number(path, values, key) for key in keys]
-    if numbers[0] == 0 or min(numbers[1:]) <= 0:
+    linear = [_number(path, values, key) for key in keys]
+    if min(linear[1:]) <= 0:
         raise JaxmotorError(f"{path}: a motor's gain is not zero, and its pole and time constant are positive")
     share = _number(path, values, SHARE) if SHARE in values else 0.0
     if not 0 <= share < 1:
         raise JaxmotorError(f"{path}: {SHARE} is {share:g}, not a share of the pole (from 0 to less than 1)")
     effects, errors = _effects(path, content)
     return Model(
-        linear_motor(numbers),
-        _covariance(path, content, len(numbers)),
+        linear_motor(linear),
+        _covariance(path, content, len(linear)),
         _number(path, values, "voltage_offset_V") if "voltage_offset_V" in values else 0.0,
         _number(path, content, "period_s") if content.get("period_s") is not None else None,
-        str(content.get("recording", "")),
-        frozenset(str(print_) for print_ in content.get("fitted_fingerprints") or ()),
+        _text(path, content, "recording"),
+        frozenset(_fingerprints(path, content)),
         str(path),
         effects,
         errors,
@@ -216,28 +222,25 @@ def _read_response(path: Path, content: dict[str, Any]) -> FrequencyResponse | N
     if not isinstance(table, dict) or "speed_window_s" not in table or period is None:
         return None
     window = None if table["speed_window_s"] is None else _number(path, table, "speed_window_s")
-    columns = []
-    for key in ("frequency_Hz", "real", "imag", "covariance", "amplitude_V"):
-        try:
-            columns.append(np.array(table.get(key), dtype=float))
-        except (ValueError, TypeError):
-            columns.append(np.full(1, np.nan))
-    frequency, real, imag, covariance, amplitude = columns
-    size = frequency.shape
-    same = len(size) == 1 and real.shape == imag.shape == amplitude.shape == size and covariance.shape == (*size, 2, 2)
-    if not same or not all(np.isfinite(column).all() for column in columns):
+    frequency = numbers(table.get("frequency_Hz"), (None,))
+    size = 0 if frequency is None else len(frequency)
+    columns = [numbers(table.get(key), (size,)) for key in ("real", "imag", "amplitude_V")]
+    covariance = numbers(table.get("covariance"), (size, 2, 2))
+    real, imag, amplitude = columns
+    if frequency is None or real is None or imag is None or amplitude is None or covariance is None:
         raise JaxmotorError(f"{path}: frequency_response has columns that are no numbers, or differ in length")
+    if frequency.min(initial=1.0) <= 0:
+        raise JaxmotorError(f"{path}: frequency_response has a frequency that is not positive")
     arrays = (frequency, real + 1j * imag, covariance, amplitude, _number(path, content, "period_s"))
     return to_numpy(FrequencyResponse(*(to_jax(array) for array in arrays), window_s=window))
 
 
 def _load(path: Path) -> dict[str, Any]:
+    data = read_bytes(path, LARGEST, "a model", "a model is what jaxmotor identify -o writes")
     try:
-        if path.stat().st_size > LARGEST:
-            raise JaxmotorError(f"{path}: larger than {LARGEST // 1_000_000} MB, so not a model file")
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise JaxmotorError(f"{path}: cannot be read ({error.strerror})") from error
+        content = json.loads(data.decode("utf-8"), object_pairs_hook=_once)
+    except _TwiceError as error:
+        raise JaxmotorError(f"{path}: {error}; write the model anew with jaxmotor identify") from error
     except (ValueError, RecursionError) as error:
         raise JaxmotorError(f"{path}: not a JSON file; a model is what jaxmotor identify -o writes") from error
     if not isinstance(content, dict):
@@ -245,18 +248,48 @@ def _load(path: Path) -> dict[str, Any]:
     return content
 
 
+class _TwiceError(ValueError):
+    """A key that stands twice."""
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise _TwiceError(f"the key {shown(next(key for key in keys if keys.count(key) > 1))} stands twice")
+    return table
+
+
 def _number(path: Path, values: dict[str, Any], key: str) -> float:
     value = values.get(key)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise JaxmotorError(f"{path}: {key} is {value!r}, not a number; write the model anew with jaxmotor identify")
+    if not is_number(value):
+        raise JaxmotorError(
+            f"{path}: {key} is {shown(value)}, not a number; write the model anew with jaxmotor identify"
+        )
+    if not in_range(key, value):
+        low, high = RANGES[key]
+        raise JaxmotorError(
+            f"{path}: {key} is {value:g}, which no motor has (from {low:g} to {high:g}); check the file"
+        )
     return float(value)
+
+
+def _text(path: Path, content: dict[str, Any], key: str) -> str:
+    value = content.get(key) or ""
+    if not isinstance(value, str) or len(value) > MAX_TEXT:
+        raise JaxmotorError(f"{path}: {key} is {shown(value)}, not a name; write the model anew with jaxmotor identify")
+    return value
+
+
+def _fingerprints(path: Path, content: dict[str, Any]) -> list[str]:
+    value = content.get("fitted_fingerprints") or []
+    if not isinstance(value, list) or not all(isinstance(each, str) and len(each) <= MAX_TEXT for each in value):
+        raise JaxmotorError(f"{path}: fitted_fingerprints is not a list of texts; write the model anew with identify")
+    return value
 
 
 def _covariance(path: Path, content: dict[str, Any], size: int) -> np.ndarray:
     try:
-        covariance = np.array(content.get("covariance"), dtype=float)
-    except (ValueError, TypeError):
-        covariance = np.zeros(0)
-    if covariance.shape != (size, size) or not np.isfinite(covariance).all():
-        raise JaxmotorError(f"{path}: covariance is not a {size} x {size} table; write the model anew with identify")
-    return covariance
+        return covariance_of(content.get("covariance"), size, "covariance")
+    except ValueError as error:
+        raise JaxmotorError(f"{path}: {error}; write the model anew with jaxmotor identify") from error

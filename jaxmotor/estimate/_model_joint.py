@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from jaxmotor._sentences import shown
+from jaxmotor.estimate._model_numbers import covariance_of
 from jaxmotor.motor import AbstractEffect
 from jaxmotor.motor.effects import parameters
-
-ROUNDING = 1e-6
-"""Of correlations: a matrix that is less symmetric, or less positive, is damaged."""
 
 
 class Joint(NamedTuple):
@@ -52,24 +51,7 @@ def read_joint(content: Any, needed: Sequence[str], allowed: Sequence[str]) -> J
         raise ValueError("joint_covariance has no list of names")
     unknown = next((name for name in names if name not in (*needed, *allowed)), None)
     if unknown is not None:
-        raise ValueError(f"joint_covariance names {unknown[:60]!r}, which is no parameter of this model")
+        raise ValueError(f"joint_covariance names {shown(unknown, 60)}, which is no parameter of this model")
     if len(set(names)) < len(names) or not set(needed) <= set(names):
         raise ValueError(f"joint_covariance does not name {', '.join(needed)} and each other parameter once at most")
-    return Joint(tuple(names), _covariance(table, len(names)))
-
-
-def _covariance(table: Any, size: int) -> np.ndarray:
-    try:
-        covariance = np.array(table, dtype=float)
-    except (ValueError, TypeError):
-        covariance = np.zeros(0)
-    if covariance.shape != (size, size) or not np.isfinite(covariance).all():
-        raise ValueError(f"joint_covariance is not a table of {size} x {size} numbers, one row for each of its names")
-    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    with np.errstate(over="ignore"):
-        correlation = covariance / scale / scale[:, None]
-    if not np.isfinite(correlation).all() or np.abs(correlation - correlation.T).max() > ROUNDING:
-        raise ValueError("joint_covariance is not symmetric")
-    if np.diag(covariance).min() < 0 or np.linalg.eigvalsh(correlation).min() < -ROUNDING * size:
-        raise ValueError("joint_covariance is none: it has a negative variance")
-    return (covariance + covariance.T) / 2
+    return Joint(tuple(names), covariance_of(table, len(names), "joint_covariance"))

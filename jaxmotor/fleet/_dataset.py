@@ -43,6 +43,8 @@ class Dataset(NamedTuple):
     identity: str
     """Digest of the files' names, sizes and times of change."""
     files: int
+    skipped: tuple[str, ...] = ()
+    """What is named like a recording and is none: what it is, in brackets."""
 
 
 def open_dataset(path: str | os.PathLike[str], files_per_part: int | None = None) -> Dataset:
@@ -53,7 +55,7 @@ def open_dataset(path: str | os.PathLike[str], files_per_part: int | None = None
     **Raises:** `JaxmotorError` where there is nothing to read.
     """
     root = Path(path)
-    files = _files(root)
+    files, skipped = _files(root)
     parts: list[Part] = []
     texts = [str(file) for file in files if file.suffix == TEXT]
     size = files_per_part or FILES_PER_PART
@@ -62,7 +64,7 @@ def open_dataset(path: str | os.PathLike[str], files_per_part: int | None = None
     for file in files:
         if file.suffix == PARQUET:
             parts += [Part((), cut) for cut in cuts_of(str(file))]
-    return Dataset(str(root), tuple(parts), _identity(root, files), len(files))
+    return Dataset(str(root), tuple(parts), _identity(root, files), len(files), skipped)
 
 
 def read_part(part: Part) -> Iterator[Entry]:
@@ -90,26 +92,34 @@ def _name(recording: Recording, otherwise: str) -> str:
     return name if isinstance(name, str) and name.strip() else otherwise
 
 
-def _files(root: Path) -> list[Path]:
+def _files(root: Path) -> tuple[list[Path], tuple[str, ...]]:
+    """The recordings below `root`, and what is named like one but is none."""
     try:
         if root.is_file():
-            found = [root] if root.suffix in (TEXT, PARQUET) else []
+            named = [root] if root.suffix in (TEXT, PARQUET) else []
         else:
             # Names that begin with a dot or an underscore are what other programs leave in such folders.
-            found = [
+            named = [
                 file
                 for file in sorted(root.rglob("*"))
                 if file.suffix in (TEXT, PARQUET)
-                and file.is_file()
                 and not any(part.startswith((".", "_")) for part in file.relative_to(root).parts)
             ]
+        found = [file for file in named if file.is_file()]
+        skipped = tuple(f"{file} ({_what(file)})" for file in named if not file.is_file())
     except OSError as error:
         raise JaxmotorError(f"{root}: cannot be read ({error.strerror}); check the path and its permissions") from error
     if not root.exists():
         raise JaxmotorError(f"{root}: there is no such file or folder; give a data set of recordings")
     if not found:
         raise JaxmotorError(f"{root}: no recordings; a data set is a folder of .csv or .parquet files, or one of them")
-    return found
+    return found, skipped
+
+
+def _what(file: Path) -> str:
+    if file.is_symlink() and not file.exists():
+        return "a link to nothing"
+    return "a folder" if file.is_dir() else "not a plain file"
 
 
 def _identity(root: Path, files: list[Path]) -> str:

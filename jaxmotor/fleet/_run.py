@@ -46,6 +46,8 @@ class Summary(NamedTuple):
     problems: int
     doubled: int
     """Names that more than one motor has."""
+    skipped: tuple[str, ...] = ()
+    """What is named like a recording and is none."""
 
 
 Progress = Callable[[Done], None]
@@ -85,7 +87,7 @@ def identify_fleet(
     data = open_dataset(dataset, DIAGNOSED_PER_PART if options.diagnose else None)
     about = _about(data, options)
     if _in_the_way(target, about):
-        return _summary(target)
+        return _summary(target)._replace(skipped=data.skipped)
     folder = _parts_folder(target, about)
     tasks = [
         Task(number, part, options, str(folder / f"part-{number:06d}.parquet"), about)
@@ -103,7 +105,7 @@ def identify_fleet(
             progress(Done(number, motors, problems, len(tasks), False))
     counts = join([Path(task.file) for task in tasks], target, about)
     shutil.rmtree(folder, ignore_errors=True)
-    return Summary(target, **counts)
+    return Summary(target, **counts, skipped=data.skipped)
 
 
 def do_task(task: Task) -> tuple[int, int, int]:

@@ -6,8 +6,9 @@ import warnings
 
 import numpy as np
 
+from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
-from jaxmotor.recording._text import fault, shown
+from jaxmotor.recording._text import fault
 
 MAX_TICK = 20_000_000
 INTEGERS = {"segment": 10**6, "tick": MAX_TICK, "duty": 10**12, "count": 2**62}

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
+from jaxmotor._sentences import shown
 from jaxmotor.recording._columns import CHOICES, FLOATS, INTEGERS
 from jaxmotor.recording._header import FORMAT, Header, parse_header
 from jaxmotor.recording._read import assemble, check_needs
 from jaxmotor.recording._recording import Recording, RecordingError
-from jaxmotor.recording._text import limit_rows, shown
+from jaxmotor.recording._text import limit_rows
 from jaxmotor.recording._toml import toml_lines
 
 

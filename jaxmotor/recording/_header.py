@@ -4,19 +4,18 @@ import dataclasses
 import datetime
 import math
 import re
-import tomllib
 from collections.abc import Mapping
 from typing import Any
 
+from jaxmotor._sentences import shown
+from jaxmotor.recording._parse_toml import parse_toml
 from jaxmotor.recording._recording import KINDS, RecordingError
-from jaxmotor.recording._text import fault, shown
+from jaxmotor.recording._text import fault
 
 FORMAT = 1
 MAX_SEGMENTS = 10_000
 MAX_HEADER = 4_000_000
 """Longer headers are refused unparsed [character]."""
-MAX_DEPTH = 30
-"""Deeper nesting of header values is refused."""
 
 RANGES = {
     "period_s": (1e-8, 1e4),
@@ -35,7 +34,6 @@ OWN_SEGMENT_KEYS = ("kind", "start_s", "at_rest")
 
 _FIRST = re.compile(r"# jaxmotor recording ([0-9]{1,9})[ \t]*")
 _SEGMENT = re.compile(r"\s*\[\[\s*[\"']?segment[\"']?\s*\]\]")
-_TOML_LINE = re.compile(r" \(at line ([0-9]+), column [0-9]+\)$")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -83,7 +81,7 @@ def parse_header(lines: list[str], source: str) -> Header:
     toml = ["", *(line.removeprefix("#").removeprefix(" ") for line in lines[1:])]
     if sum(map(len, toml)) > MAX_HEADER:
         raise RecordingError(f"{source}: the header is longer than {MAX_HEADER} characters; shorten its texts")
-    header = Header(source, toml, _toml_values(toml, source))
+    header = Header(source, toml, parse_toml("\n".join(toml), source, "the header"))
     _check_segments(header)
     _check_recording(header)
     return header
@@ -98,37 +96,6 @@ def _check_version(first: str, source: str) -> None:
         raise fault(source, 1, f"format {version} is newer than format {FORMAT}, which this jaxmotor reads; update it")
     if version < FORMAT:
         raise fault(source, 1, f"there is no format {version}; the first is format {FORMAT}")
-
-
-def _toml_values(toml: list[str], source: str) -> dict[str, Any]:
-    try:
-        values = tomllib.loads("\n".join(toml))
-    except tomllib.TOMLDecodeError as error:
-        match = _TOML_LINE.search(str(error))
-        line = int(match.group(1)) if match else len(toml)
-        reason = str(error)[: match.start()] if match else str(error)
-        reason = reason.encode("unicode_escape").decode("ascii")
-        raise fault(source, line, f"the header is not TOML ({reason}); correct the line, as key = value") from error
-    except ValueError as error:  # an integer of thousands of digits, a date that is none
-        raise RecordingError(f"{source}: the header has a value out of range ({error}); correct it") from error
-    except RecursionError:
-        raise RecordingError(f"{source}: the header is nested too deep; flatten it") from None
-    _check_depth(values, source)
-    return values
-
-
-def _check_depth(values: dict[str, Any], source: str) -> None:
-    level: list[Any] = [values]
-    for _ in range(MAX_DEPTH):
-        items = [item for part in level for item in (part.values() if isinstance(part, dict) else part)]
-        if any(isinstance(item, int) and not -(2**63) <= item < 2**63 for item in items):
-            raise RecordingError(
-                f"{source}: the header has a whole number beyond 64 bits; correct it or put it in quotes"
-            )
-        level = [item for item in items if isinstance(item, dict | list)]
-        if not level:
-            return
-    raise RecordingError(f"{source}: the header is nested deeper than {MAX_DEPTH} levels; flatten it")
 
 
 def _check_recording(header: Header) -> None:

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from jaxmotor._sentences import shown
 from jaxmotor.recording._columns import FLOATS, INTEGERS, parse_names, parse_rows
 from jaxmotor.recording._header import OWN_KEYS, OWN_SEGMENT_KEYS, Header, is_recording, parse_header
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
-from jaxmotor.recording._text import fault, limit_rows, load, shown, text_of
+from jaxmotor.recording._text import fault, limit_rows, load, text_of
 
 _FIELDS = ("tick", "time_s", "duty", "volts", "count", "angle_rad", "speed_rad_s", "current_A")
 _NEEDS = {

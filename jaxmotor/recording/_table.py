@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
-from jaxmotor.recording._text import fault, limit_rows, load, shown, text_of
+from jaxmotor.recording._text import fault, limit_rows, load, text_of
 
 DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
 LARGEST = 1e17

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from jaxmotor._files import read_bytes
 from jaxmotor.recording._recording import RecordingError
 
 MAX_BYTES = 400_000_000
@@ -17,28 +18,12 @@ def fault(source: str, line: int, sentence: str) -> RecordingError:
     return RecordingError(f"{source}, line {line}: {sentence}")
 
 
-def shown(cell: str) -> str:
-    """A cell as it may stand in a sentence: quoted, escaped, at most 40 characters."""
-    return repr(cell if len(cell) <= 40 else cell[:37] + "...")
-
-
 def load(path: Path, *, limit: int = MAX_BYTES) -> bytes:
     """The bytes of a file.
 
     **Raises:** `RecordingError` where it is missing, no plain file, empty, or larger than `limit` [byte].
     """
-    try:
-        if path.exists() and not path.is_file():
-            raise RecordingError(f"{path}: is not a file; give the path of a recording or log")
-        size = path.stat().st_size
-        if size > limit:
-            raise RecordingError(
-                f"{path}: {size / 1e6:.0f} MB are more than the {limit / 1e6:.0f} MB that are read; {_SPLIT}"
-            )
-        data = path.read_bytes()
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise RecordingError(f"{path}: cannot be read ({reason}); check the path and its permissions") from error
+    data = read_bytes(path, limit, "a recording or log", _SPLIT, RecordingError)
     if not data.strip():
         raise RecordingError(f"{path}: the file is empty; record or export it again")
     return data

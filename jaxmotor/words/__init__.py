@@ -1,5 +1,6 @@
 """Findings in words, as the terminal and the report tell them: each sentence is written once."""
 
+from jaxmotor._sentences import printable as printable
 from jaxmotor.words._effects import capital as capital
 from jaxmotor.words._effects import law as law
 from jaxmotor.words._effects import named as named
@@ -17,6 +18,5 @@ from jaxmotor.words._numbers import as_known as as_known
 from jaxmotor.words._numbers import between as between
 from jaxmotor.words._numbers import bracket as bracket
 from jaxmotor.words._numbers import plainly as plainly
-from jaxmotor.words._numbers import printable as printable
 from jaxmotor.words._numbers import with_bracket as with_bracket
 from jaxmotor.words._numbers import with_error as with_error

@@ -1,4 +1,4 @@
-"""Numbers with their errors, and text that is safe to print."""
+"""Numbers with their errors."""
 
 import math
 
@@ -51,8 +51,3 @@ def plainly(value: float, digits: int = 3) -> str:
     if not math.isfinite(value):
         return "not known"
     return f"{value:.0f}" if 10**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"
-
-
-def printable(text: str) -> str:
-    """`text` without what would steer a terminal: control characters as their escapes."""
-    return "".join(char if char.isprintable() else char.encode("unicode_escape").decode() for char in text)

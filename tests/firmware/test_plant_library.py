@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import reference
 from plant import Plant, load
+from plant_cases import MEAN
 
 pytestmark = pytest.mark.usefixtures("plant_library")
 EMULATOR = Path(__file__).parents[2] / "firmware" / "emulator"
@@ -18,18 +19,47 @@ EMULATOR = Path(__file__).parents[2] / "firmware" / "emulator"
         ("[friction]\n", "line 1: no effect or part is called [friction]"),
         ("[cogging]\nvolts_V = 1\n", "[cogging] needs cycles_per_rev"),
         ("\n[dead_zone]\nvolt = 1\n", "line 3: [dead_zone] has no key volt"),
-        ("[dead_zone]\nvolts_V = -1\n", "line 2: volts_V = -1 is out of range"),
+        ("[dead_zone]\nvolts_V = -1\n", "line 2: volts_V = -1 is out of range: 0 to 1000"),
         ("[dead_zone]\nvolts_V = much\n", "line 2: volts_V must be a number"),
         ("[dead_zone\n", "line 1: a table is written [name]"),
         ("[dead_zone]\nvolts_V\n", "line 2: expected key = value"),
         ("[dead_zone]\nvolts_V = 1 2\n", "line 2: volts_V must be a number"),
-        ("[bench]\nstep_s = 1e-3\n", "line 2: step_s = 0.001 is out of range"),
+        ("[bench]\nstep_s = 1e-3\n", "line 2: step_s = 0.001 is out of range: 1e-07 to 2e-05"),
+        ("volts_V = 1\n", "line 1: volts_V stands in no [table]"),
+        ("[\x1b[31mx]\n", "line 1: no effect or part is called [?[31mx]"),
+        ("[dead_zone]\nvolts_V = \x1b\xff\n", "line 2: volts_V must be a number"),
+        (
+            "[motor]\npole_rad_s = 9223372036854775808",
+            "line 2: pole_rad_s = 9.22337e+18 is out of range: 0.001 to 10000",
+        ),
+        ("[motor]\npole_rad_s = nan\n", "line 2: pole_rad_s must be a number"),
+        ("[motor]\ngain_rad_s_V = inf\n", "line 2: gain_rad_s_V = inf is out of range: 0.001 to 100000"),
+        (
+            "[motor]\ninductance_H = 1e-9\n",
+            "[motor] has an electrical time constant L/R of 2.22222e-10 s: 0, or 1e-6 to 10",
+        ),
+        (
+            "[motor]\ntorque_constant_Nm_A = 1e-6\ninertia_kgm2 = 1e-3\n",
+            "[motor] has a gain of 1e+06 rad/s/V: 0.001 to 1e5",
+        ),
+        (
+            "[shaft_compliance]\nfrequency_Hz = 1e4\ndamping_ratio = 1\ninertia_ratio = 1e3\n",
+            "the motor cannot be integrated: a spring, brake or source is too stiff for it",
+        ),
     ],
 )
 def test_plant_files_that_do_not_fit(text, sentence):
     with pytest.raises(ValueError, match=r".") as raised:
         Plant(text)
     assert str(raised.value) == sentence
+
+
+def test_a_plant_that_diverges_stands_still():
+    """The torque from outside is small while the plant is tried, and grows a hundredfold."""
+    torque = "[outside_torque]\nfrequency_Hz = 5e-3\nvolts_V = 1000\n"
+    with Plant(MEAN + "[motor]\ngain_rad_s_V = 1e5\n[encoder]\ncounts_per_rev = 600\n" + torque) as p:
+        count = p.sequence([0] * 800).count
+    assert abs(count[200] - count[199]) > 1000 and count[-1] == count[-2]
 
 
 def test_plant_file_with_all_that_is_allowed():

@@ -1,6 +1,7 @@
 """Data sets: folders, Parquet files cut anywhere, and what can be wrong with them."""
 
 import json
+import os
 
 import numpy as np
 import pyarrow as pa
@@ -96,6 +97,11 @@ def test_wrong_files_are_sentences(tmp_path):
     pq.write_table(pa.table({"segment": [0], "tick": [0]}), tmp_path / "nameless.parquet")
     pq.write_table(pa.table({"motor": pa.array([], pa.string())}), tmp_path / "none.parquet")
     (tmp_path / "_SUCCESS.csv").write_text("")
+    (tmp_path / "folder.csv").mkdir()
+    (tmp_path / "lost.csv").symlink_to(tmp_path / "nothing")
+    os.mkfifo(tmp_path / "pipe.csv")
+    skipped = [name.removeprefix(f"{tmp_path}/") for name in open_dataset(tmp_path).skipped]
+    assert skipped == ["folder.csv (a folder)", "lost.csv (a link to nothing)", "pipe.csv (not a plain file)"]
     entries = {entry.motor: entry for entry in all_of(open_dataset(tmp_path))}
     assert set(entries) == {"good", "torn", "nameless", "none"}
     assert entries["good"].recording is not None

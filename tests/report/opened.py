@@ -1,7 +1,5 @@
 """A page open in a browser, and what it did that it should not."""
 
-import time
-
 
 class Watched:
     """A page, and what it did that it should not."""
@@ -13,9 +11,7 @@ class Watched:
         self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
         self.page.on("dialog", lambda dialog: self.wrong.append(dialog.message))
         self.page.on("request", lambda request: self.requests.append(request.url))
-        begin = time.perf_counter()
         self.page.goto(path.as_uri())
-        self.seconds = time.perf_counter() - begin
 
     def point_at(self, plot: int, across: float, down: float) -> str:
         """The hover text at these parts of a plot's width and height."""

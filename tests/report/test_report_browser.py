@@ -24,8 +24,7 @@ def watched(request, browser, fleet):
     opened.context.close()
 
 
-def test_opens_in_a_second(watched):
-    assert watched.seconds < 1.0
+def test_fits_any_width(watched):
     assert watched.page.get_by_text(HOSTILE, exact=True).count() == 2
     # At any width nothing is wider than the window but what scrolls by itself.
     for width in (1000, 360):
