@@ -67,7 +67,12 @@ class Emulator:
         command += [] if seed is None else ["--set", f"bench.seed={seed}"]
         # A session of its own: Ctrl-C is for the recorder, which then stops the motor.
         self._process = subprocess.Popen(
-            [*command, *options], stdin=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+            [*command, *options],
+            stdin=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            encoding="utf-8",
+            errors="backslashreplace",
+            start_new_session=True,
         )
         told = self._first_line()
         match = re.search(r"/dev/\S+", told)

@@ -54,7 +54,7 @@ def record_command(
     if port != "emulated" and (plant is not None or seed is not None):
         raise typer.BadParameter("--plant and --seed belong to --port emulated")
     if plant is not None and not plant.is_file():
-        raise JaxmotorError(f"{plant}: there is no such plant file")
+        raise JaxmotorError(f"{plant}: {'is no file' if plant.exists() else 'there is no such plant file'}")
     chosen = None if plan is None else load_plan(plan, whole_hertz=whole_hertz)
     if chosen is not None:
         stated = {"supply_V": supply, "counts_per_rev": counts_per_rev}
