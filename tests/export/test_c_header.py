@@ -51,10 +51,17 @@ def test_compiles_without_a_warning_or_a_float(tmp_path, kind, effects, lag):
     code = re.sub(r"//.*", "", text)
     assert not re.search(r"\b(float|double|malloc)\b|\d\.\d|[^/]/[^/]", code)
     (tmp_path / "motor.h").write_text(text)
-    (tmp_path / "use.c").write_text('#include "motor.h"\n#include "motor.h"\nint main(void) { return 0; }\n')
-    compilers = [["cc", "-Wconversion", "-Wno-sign-conversion"], ["avr-gcc", "-mmcu=atmega328p"]]
-    for compiler in [c for c in compilers if shutil.which(c[0])]:
-        command = [*compiler, *FLAGS, "-c", str(tmp_path / "use.c"), "-o", str(tmp_path / "use.o")]
+    use = '#include "motor.h"\n#include "motor.h"\nint main(void) { return 0; }\n'
+    strict, plus = ["-Wall", "-Wextra", "-Werror", "-O2"], ["-std=c++17", "-Wpedantic"]
+    compilers = [
+        ("c", ["cc", "-Wconversion", "-Wno-sign-conversion", *FLAGS]),
+        ("c", ["avr-gcc", "-mmcu=atmega328p", *FLAGS]),
+        ("cpp", ["g++", *plus, *strict]),
+        ("cpp", ["avr-g++", "-mmcu=atmega328p", "-std=gnu++11", *strict]),
+    ]
+    for suffix, compiler in [(s, c) for s, c in compilers if shutil.which(c[0])]:
+        (tmp_path / f"use.{suffix}").write_text(use)
+        command = [*compiler, "-c", str(tmp_path / f"use.{suffix}"), "-o", str(tmp_path / "use.o")]
         done = subprocess.run(command, check=False, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
 

@@ -97,7 +97,7 @@ class Outcome:
 
 @pytest.fixture
 def bench(build, tmp_path):
-    """Run a script through the emulated bench. `plant` is a plant file's text, `torn` how many lines may be damaged at most."""
+    """Run a script through the emulated bench. `plant` is a plant file's text, `torn` how many lines may be damaged."""
 
     def run(script: bytes, *options: str, plant: str = "", elf: Path | None = None, torn: int = 0) -> Outcome:
         (tmp_path / "plant.toml").write_text(plant)

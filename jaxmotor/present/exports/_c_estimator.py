@@ -28,7 +28,8 @@ motor_driven(int16_t duty)
 static inline void
 motor_estimate_begin(struct motor_estimate *e, int32_t count)
 {{
-    *e = (struct motor_estimate){{.count = count}};
+{_begin(states)}
+    e->count = count;
     for (uint8_t k = 0; k < {late + 2}; ++k)
         e->driven[k] = motor_driven(0);
 }}
@@ -37,8 +38,7 @@ motor_estimate_begin(struct motor_estimate *e, int32_t count)
 static inline void
 motor_estimate_count(struct motor_estimate *e, int32_t count)
 {{
-    int32_t old = e->driven[{late + 1}], new = e->driven[{late}];
-{_estimator_drag(law, hardware)}{_advance(estimator, hardware, states)}
+{_drives(late, _estimator_drag(law, hardware) + _advance(estimator, hardware, states))}
 {_correct(estimator, states)}
     e->count = count;
 }}
@@ -112,9 +112,20 @@ def _row(estimator: Estimator, hardware: Hardware, states: _States, row: int) ->
     for k, name in enumerate(states.names):
         if row != states.angle or k != states.angle:
             terms += _term(f"e->{name}", transition[k] * unit[row] / unit[k])
-    for drive, name in ((estimator.old_drive, "old"), (estimator.new_drive, "new")):
+    for drive, name in ((estimator.old_drive, "earlier"), (estimator.new_drive, "later")):
         terms += _term(name, float(np.asarray(drive)[row]) * unit[row] * hardware.step_V)
     return "\n        + ".join(terms)
+
+
+def _begin(states: _States) -> str:
+    return "\n".join(f"    e->{name} = 0;" for name in states.names)
+
+
+def _drives(late: int, use: str) -> str:
+    """The duties of the tick's two parts before the code that uses them; no name that C++ has a meaning for."""
+    names = {"earlier": late + 1, "later": late}
+    needed = [f"    int32_t {name} = e->driven[{place}];" for name, place in names.items() if name in use]
+    return "\n".join([*needed, use])
 
 
 def _term(name: str, scaled: float) -> list[str]:
@@ -188,6 +199,6 @@ def _estimator_drag(law: FeedForward, hardware: Hardware) -> str:
     int32_t tenth = motor_clip(e->speed >> 12, {whole(16 * MOST_COUNTS / 4)});
     int32_t square = tenth < 0 ? -tenth * tenth : tenth * tenth;
     int32_t drag = {times("square", per, min(square, _room(per, 2.0**29)))};
-    old -= drag;
-    new -= drag;
+    earlier -= drag;
+    later -= drag;
 """
