@@ -29,11 +29,12 @@ test: lint types toolchain
 # The firmware's tests run where its compiler and emulator can be installed, those of circuits where ngspice can;
 # elsewhere they skip and say so.
 toolchain:
-	@if command -v avr-gcc >/dev/null && [ -e /usr/include/simavr/sim_avr.h ] && command -v ngspice >/dev/null; then :; \
+	@if command -v avr-gcc >/dev/null && [ -e /usr/include/simavr/sim_avr.h ] && [ -e /usr/share/arduino ] && \
+	  command -v ngspice >/dev/null; then :; \
 	elif command -v apt-get >/dev/null && { [ "$$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }; then \
 	  as_root=$$([ "$$(id -u)" = 0 ] || echo sudo); \
 	  $$as_root apt-get update -qq >/dev/null 2>&1; \
-	  for tools in "$(TOOLCHAIN)" ngspice; do \
+	  for tools in "$(TOOLCHAIN)" arduino-core-avr ngspice; do \
 	    $$as_root apt-get install -y -qq --no-install-recommends $$tools >/dev/null 2>&1 || \
 	    echo "could not install $$tools: tests that need it will skip"; \
 	  done; \

@@ -22,6 +22,7 @@ class Format(StrEnum):
     control = "control"
     json = "json"
     c = "c"
+    arduino = "arduino"
     wpilib = "wpilib"
     mujoco = "mujoco"
     spice = "spice"
@@ -36,7 +37,9 @@ class Kind(StrEnum):
 
 def export_command(
     model: Annotated[Path, typer.Argument(metavar="MODEL.json", help="Model that identify wrote.")],
-    to: Annotated[Format, typer.Option("--to", help="python-control, JSON, C header, WPILib, MuJoCo, SPICE.")],
+    to: Annotated[
+        Format, typer.Option("--to", help="python-control, JSON, C, Arduino library, WPILib, MuJoCo, SPICE.")
+    ],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write here instead of to the screen.")
     ] = None,
@@ -63,7 +66,7 @@ def export_command(
     ] = None,
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For WPILib's gains in metres.")] = None,
 ) -> None:
-    """Write a model for python-control, C, WPILib, MuJoCo or SPICE, with controllers designed from it."""
+    """Write a model for python-control, C, Arduino, WPILib, MuJoCo or SPICE, with controllers designed from it."""
     from jaxmotor.cli._runtime import prepare_jax
 
     prepare_jax()
@@ -83,6 +86,13 @@ def export_command(
             overshoot_percent=overshoot,
         )
 
+    if to is Format.arduino:
+        assert rig is not None
+        if output is None:
+            raise JaxmotorError("an Arduino library is a folder: name it with -o")
+        exports.write_library(output, exports.to_arduino(motor, designed(rig)))
+        typer.echo(f"wrote {output}; copy it into the folder libraries of your sketchbook")
+        return
     if to is Format.c:
         assert rig is not None
         text = exports.to_c(motor, designed(rig))
@@ -120,8 +130,9 @@ def _rig(
     period = model.period_s if period is None else period
     known = {"--counts-per-rev": counts_per_rev, "--supply": supply, "--period": period}
     missing = [name for name, value in known.items() if value is None]
-    if to is Format.c and missing:
-        raise JaxmotorError(f"a C header needs {' and '.join(missing)}: counts, volts and ticks are its units")
+    if to in (Format.c, Format.arduino) and missing:
+        what = "a C header" if to is Format.c else "an Arduino library"
+        raise JaxmotorError(f"{what} needs {' and '.join(missing)}: counts, volts and ticks are its units")
     if counts_per_rev is not None and supply is not None and period is not None:
         return Hardware(period, counts_per_rev, supply, full_scale, delay)
     if to is Format.control and period is not None:

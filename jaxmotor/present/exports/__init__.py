@@ -1,5 +1,7 @@
 """The motor for other programs: one writer per format."""
 
+from jaxmotor.present.exports._arduino import to_arduino as to_arduino
+from jaxmotor.present.exports._arduino import write_library as write_library
 from jaxmotor.present.exports._c_header import to_c as to_c
 from jaxmotor.present.exports._design import Design as Design
 from jaxmotor.present.exports._design import design as design
