@@ -22,6 +22,8 @@ from jaxmotor.recording._supply_rows import Speeds, SupplyRows, speeds_of
 
 MOST = 4000
 """Readings among which the law is chosen; of more, evenly spread ones."""
+CONVERTED_S = 1e-3
+"""Between two conversions of which such an average is made."""
 KNOTS = (1, 2, 3, 5, 9, 17, 33)
 """Of E(t); one is a constant."""
 USUAL_KNOTS = 5
@@ -251,7 +253,7 @@ def _averaged(rows: SupplyRows, moment: _Moment, columns: np.ndarray) -> np.ndar
     if moment.average_s is None or not columns.size:
         return columns
     (constant, delay), length = moment.average_s, float(np.median(rows.length))
-    ages = np.arange(int((delay + 6 * constant) / length) + 3) * length
+    ages = np.arange(int((delay + 12 * constant) / length) + 3) * length
     weights = np.append(0.0, -np.diff(np.exp(-np.maximum(ages - delay, 0.0) / constant)))
     out = np.zeros_like(columns)
     starts = np.flatnonzero(rows.first)
@@ -275,5 +277,7 @@ def _moments(rows: SupplyRows, speeds: Speeds) -> list[_Moment]:
     share = np.where(rows.first, 0.0, np.append(0.0, rows.share[:-1]))
     end = np.where(rows.first, 0.0, np.append(0.0, speeds.end[:-1]))
     known = ~rows.first | rows.at_rest
-    averages = [within._replace(known=known, before=True, average_s=time) for time in AVERAGES_S]
+    # A converter that reads at the end of each millisecond sees a row half of one later than the row's mean.
+    late = speeds.mean + (speeds.end - speeds.mean) * np.minimum(CONVERTED_S / rows.length, 1.0)
+    averages = [_Moment(rows.share, late, known, before=True, average_s=time) for time in AVERAGES_S]
     return [within, _Moment(share, end, known, before=True), *averages]
