@@ -40,8 +40,8 @@ def measured(name: str) -> Recording:
     path = FOLDER / f"undcmotor_{name}.csv"
     columns = next(line for line in path.read_text().splitlines() if not line.startswith("#"))
     if "y_deg_per_s" in columns:
-        return import_log(path, time="t_s", input="u_V:V", speed="y_deg_per_s:deg/s", speed_window_s=0.02)
-    return import_log(path, time="t_s", input="u_V:V", angle="y_deg:deg")
+        return import_log(path, time="t_s", input="u_V:V", speed="y_deg_per_s:deg/s", speed_window_s=0.02, supply_V=5.0)
+    return import_log(path, time="t_s", input="u_V:V", angle="y_deg:deg", supply_V=5.0)
 
 
 def row(name: str) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxmotor.bench._log import Piece, RunLog
 from jaxmotor.bench._plan import Plan
 from jaxmotor.bench._slots import Rig, Slot
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording, Segment, supplied
 
 LEAST = 20
 """Samples of an interrupted segment that are worth a segment; fewer are left out."""
@@ -51,7 +51,7 @@ def recording_of(plan: Plan, runs: Sequence[Run], port: str, damaged: int = 0) -
         "damaged_lines": damaged,
         "illegal_transitions": sum(run.log.illegal for run in runs),
     }
-    return Recording(
+    recording = Recording(
         segments,
         plan.name,
         period_s=plan.period_s,
@@ -63,6 +63,7 @@ def recording_of(plan: Plan, runs: Sequence[Run], port: str, damaged: int = 0) -
         count_resets=len({run.session for run in runs}) > 1,
         header=header | numbers,
     )
+    return supplied(recording)
 
 
 def _segments(plan: Plan, runs: Sequence[Run]) -> Iterator[Segment]:

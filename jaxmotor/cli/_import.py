@@ -8,6 +8,9 @@ import typer
 
 from jaxmotor._errors import JaxmotorError
 
+CURVE = ("supply_V", "counts_per_rev", "speed_window_s", "drive", "columns", "drop_first", "decimal_comma")
+"""What else may be stated of a steady-state curve."""
+
 
 class Source(enum.StrEnum):
     """Programs whose logs are known."""
@@ -33,13 +36,23 @@ class Drive(enum.StrEnum):
 def import_command(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="CSV (or SysId JSON) to import.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Recording to write.")],
-    time: Annotated[str | None, typer.Option(metavar="COL[:s|ms|us]", help="Time stamps.")] = None,
+    time: Annotated[str | None, typer.Option(metavar="COL[:s|ms|us|ns]", help="Time stamps.")] = None,
     input: Annotated[str | None, typer.Option(metavar="COL:V|mV|duty:FULL|percent", help="What was applied.")] = None,
     speed: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad/s, deg/s, rev/s, rpm, m/s, ...")] = None,
     angle: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad, deg, rev, counts, m, ...")] = None,
     count: Annotated[str | None, typer.Option(metavar="COL", help="Running encoder counter.")] = None,
+    pulses: Annotated[str | None, typer.Option(metavar="COL", help="Counts since the row before.")] = None,
+    wrap: Annotated[
+        str | None, typer.Option(metavar="BITS|turn", help="The counter wraps at so many bits, the angle at a turn.")
+    ] = None,
     segment: Annotated[str | None, typer.Option(metavar="COL", help="Each change begins a segment.")] = None,
     supply: Annotated[float | None, typer.Option(metavar="V", help="Supply, for duty and percent.")] = None,
+    supply_column: Annotated[
+        str | None, typer.Option(metavar="COL:V|mV", help="Measured supply; cells may be empty.")
+    ] = None,
+    supply_unknown: Annotated[
+        bool, typer.Option("--supply-unknown", help="Nobody knows it: volts become shares of it.")
+    ] = False,
     counts_per_rev: Annotated[float | None, typer.Option(metavar="N", help="Per turn of the output shaft.")] = None,
     speed_window: Annotated[float | None, typer.Option(metavar="S", help="Each speed is the mean over it.")] = None,
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For lengths.")] = None,
@@ -47,6 +60,13 @@ def import_command(
     input_acts: Annotated[
         Acts, typer.Option(help="A row's input is applied from it on (after), or was until it (before).")
     ] = Acts.after,
+    columns: Annotated[
+        str | None, typer.Option(metavar="NAME,NAME,...", help="Of a log without column names, all of them.")
+    ] = None,
+    drop_first: Annotated[
+        int, typer.Option(metavar="N", min=0, help="Leave out N rows at the beginning of the log and each segment.")
+    ] = 0,
+    decimal_comma: Annotated[bool, typer.Option("--decimal-comma", help="Numbers are like 3,14.")] = False,
     steady: Annotated[
         float | None, typer.Option(metavar="S", help="Rows are steady states, each taken to last S seconds.")
     ] = None,
@@ -57,21 +77,28 @@ def import_command(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output.")] = False,
 ) -> None:
     """Turn a log of another program into a recording; units are stated, nothing is guessed."""
-    columns = {
+    options = {
         "time": time,
         "input": input,
         "speed": speed,
         "angle": angle,
         "count": count,
+        "pulses": pulses,
+        "wrap": _wrap(wrap),
         "segment": segment,
+        "supply": supply_column,
         "supply_V": supply,
+        "supply_unknown": supply_unknown or None,
+        "columns": columns,
+        "drop_first": drop_first or None,
+        "decimal_comma": decimal_comma or None,
         "counts_per_rev": counts_per_rev,
         "speed_window_s": speed_window,
         "drive": None if drive is None else drive.value,
     }
     if input_acts is not Acts.after:
-        columns["input_acts"] = input_acts.value
-    given = {key: value for key, value in columns.items() if value is not None}
+        options["input_acts"] = input_acts.value
+    given = {key: value for key, value in options.items() if value is not None}
     steady_s = {"hold_s": steady, "period_s": period}
     _check_usage(source, set(given), units, motor, steady_s)
     if output.exists() and not force:
@@ -100,21 +127,36 @@ def _check_usage(
         return
     if source is Source.sysid:
         if given:
-            flags = ", ".join(
-                sorted(f"--{key.removesuffix('_V').removesuffix('_s').replace('_', '-')}" for key in given)
-            )
+            flags = ", ".join(sorted(map(_flag, given)))
             raise typer.BadParameter(f"a SysId log states its columns itself; leave {flags} out")
         return
     if units is not None or motor is not None:
         raise typer.BadParameter("--units and --motor belong to --from sysid")
     if not {"time", "input"} <= given:
         raise typer.BadParameter("state the columns with --time COL[:s|ms|us] and --input COL:UNIT")
-    if len(given & {"speed", "angle", "count"}) != 1:
-        raise typer.BadParameter("state the shaft with exactly one of --speed COL:UNIT, --angle COL:UNIT, --count COL")
+    if len(given & {"speed", "angle", "count", "pulses"}) != 1:
+        raise typer.BadParameter(
+            "state the shaft with exactly one of --speed COL:UNIT, --angle COL:UNIT, --count COL, --pulses COL"
+        )
 
 
 def _is_curve(given: set[str]) -> bool:
-    return {"input", "speed"} <= given and not given & {"time", "angle", "count", "segment", "input_acts"}
+    return {"input", "speed"} <= given <= {*CURVE, "input", "speed"}
+
+
+def _flag(key: str) -> str:
+    """The option that gives `key`."""
+    return {"supply": "--supply-column", "supply_V": "--supply"}.get(
+        key, f"--{key.removesuffix('_s').replace('_', '-')}"
+    )
+
+
+def _wrap(text: str | None) -> int | str | None:
+    if text is None or text == "turn":
+        return text
+    if not text.isdecimal() or len(text) > 3:
+        raise typer.BadParameter("--wrap takes the width of the counter in bits, such as 16, or the word turn")
+    return int(text)
 
 
 def _summary(recording, output: Path) -> str:
@@ -123,9 +165,10 @@ def _summary(recording, output: Path) -> str:
     segments = recording.segments
     rows = sum(map(len, segments))
     number = f"{len(segments)} segment{'s' if len(segments) > 1 else ''}"
+    missing = recording.header.get("imported", {}).get("missing_rows", 0)
+    without = f"; {missing} rows without input or shaft are gaps" if missing else ""
     if recording.period_s is None:
-        return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept"
+        return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept{without}"
     lost = sum(map(lost_ticks, segments))
-    return (
-        f"{output}: {rows} rows in {number}, {recording.measured}, one per {recording.period_s:g} s, {lost} ticks lost"
-    )
+    paced = f"one per {recording.period_s:g} s, {lost} ticks lost"
+    return f"{output}: {rows} rows in {number}, {recording.measured}, {paced}{without}"

@@ -10,7 +10,7 @@ from jaxmotor._precision import to_jax
 from jaxmotor.estimate import Packed, Problem, as_problem
 from jaxmotor.motor import steps_for
 from jaxmotor.motor.effects import Heard, Rig
-from jaxmotor.recording import Recording
+from jaxmotor.recording import Recording, logs_supply
 
 MEMORY = 0.95
 """Of the filter that residuals pass: twenty ticks, over which a drift of the angle adds up (`drift`)."""
@@ -95,6 +95,8 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
         period,
         float(np.ptp(time)),
         turns,
+        supply_known=recording.supply_V is not None,
+        supply_logged=logs_supply(recording),
     )
 
 

@@ -8,9 +8,12 @@ import numpy as np
 from jaxmotor.recording._jumps import check_jumps
 from jaxmotor.recording._ranges import ranges
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._supply import begins_at_V, logs_supply
 
 SATURATED_SHARE = 0.2
 """Share of saturated rows of a sine that is still no warning."""
+CALIBRATION = 0.02
+"""Relative difference of a stated and a logged supply that a divider may have."""
 PERIODIC = ("sine", "multisine", "chirp")
 
 
@@ -31,6 +34,7 @@ def check(recording: Recording) -> tuple[str, ...]:
         *warn_overlap(recording),
         *warn_sign(recording),
         *warn_unknowns(recording),
+        *warn_supply(recording),
     )
 
 
@@ -158,9 +162,29 @@ def warn_unknowns(recording: Recording) -> list[str]:
             "it is not known over how long each speed was averaged; state speed_window_s (0 for an instantaneous "
             "one), or a delay will be seen that the motor does not have"
         )
-    if recording.supply_V is None and all(segment.supply_V is None for segment in recording.segments):
-        sentences.append("the supply voltage is not known; state supply_V to have saturation seen")
+    if recording.supply_V is None:
+        sentences.append(
+            "the supply voltage is not known, so effects that need it are left out: supply_sag, coast_drive, and "
+            "inputs that are cut off at full duty; state supply_V"
+        )
+    elif recording.header.get("supply_unknown") is True:
+        sentences.append(
+            "nobody knows the supply: 1 V stands for it, so volts are shares of it, and gains are speeds at full duty"
+        )
     return sentences
+
+
+def warn_supply(recording: Recording) -> list[str]:
+    """A logged supply that begins elsewhere than the stated one."""
+    if not logs_supply(recording) or recording.supply_V is None:
+        return []
+    begin = begins_at_V(recording)
+    if abs(begin / recording.supply_V - 1) < CALIBRATION:
+        return []
+    return [
+        f"the logged supply begins at {begin:.4g} V, the header states {recording.supply_V:.4g} V: volts follow the "
+        "log, scaled to begin at the stated one; correct supply_V if the log is right"
+    ]
 
 
 def _segments(indices: list[int]) -> str:

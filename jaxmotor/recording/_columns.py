@@ -22,6 +22,8 @@ FLOATS = {
     "current_A": 1e6,
 }
 """Real columns and the greatest magnitude that can be meant."""
+SPARSE = ("supply_mV",)
+"""Real columns in which `nan` says that nothing was read at that row."""
 CHOICES = (("tick", "time_s"), ("duty", "volts"), ("count", "angle_rad", "speed_rad_s"))
 
 _INTEGER = re.compile(r"[+-]?[0-9]+")
@@ -68,6 +70,8 @@ def parse_rows(body: str, names: list[str], source: str, first: int) -> dict[str
         if name in columns:
             # `abs` of the least integer is itself
             bad = ~((columns[name] <= limit) & (columns[name] >= -limit))
+            if name in SPARSE:
+                bad &= ~np.isnan(columns[name])
             if bad.any():
                 row = int(np.argmax(bad))
                 raise fault(source, first + row, _beyond(name, str(columns[name][row])))
@@ -120,6 +124,8 @@ def _cell_fault(name: str, cell: str) -> str:
         return f"{name} is {shown(cell)}, not a whole number; correct or delete the row"
     if name in INTEGERS and (len(cell) > 25 or abs(int(cell)) > INTEGERS[name]):
         return _beyond(name, cell)
+    if name in SPARSE and cell == "nan":
+        return ""
     if name in FLOATS and not _REAL.fullmatch(cell):
         return f"{name} is {shown(cell)}, not a finite number; correct or delete the row"
     return ""

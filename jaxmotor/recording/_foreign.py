@@ -10,12 +10,19 @@ from typing import Any, Literal
 
 import numpy as np
 
-from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._check import lost_ticks
+from jaxmotor.recording._log import Log, assemble
+from jaxmotor.recording._recording import Recording, RecordingError
+from jaxmotor.recording._shaft import Shaft
+from jaxmotor.recording._supply import supplied
 from jaxmotor.recording._table import Table, read_table
-from jaxmotor.recording._timing import timing
-from jaxmotor.recording._units import Input, Scale, angle_factor, speed_factor, split_input, split_time, split_unit
+from jaxmotor.recording._units import Input, Scale, split_input, split_time, split_unit
 
 MAX_LABELS = 10_000
+FINEST_DUTY = 9
+"""Decimals to which fractions of the supply are kept as whole duties."""
+UNKNOWN_V = 1.0
+"""Stands for a supply that is not known, so that volts are shares of it."""
 
 
 def import_log(
@@ -26,43 +33,74 @@ def import_log(
     speed: str | None = None,
     angle: str | None = None,
     count: str | None = None,
+    pulses: str | None = None,
+    wrap: int | Literal["turn"] | None = None,
     segment: str | None = None,
+    supply: str | None = None,
     supply_V: float | int | None = None,
+    supply_unknown: bool = False,
     counts_per_rev: float | int | None = None,
     speed_window_s: float | int | None = None,
     wheel_radius_m: float | int | None = None,
     drive: Literal["brake", "coast"] | None = None,
     input_acts: Literal["after", "before"] = "after",
+    columns: str | None = None,
+    drop_first: int = 0,
+    decimal_comma: bool = False,
 ) -> Recording:
     """The recording in the CSV at `path`, whose columns and units are stated.
 
-    `time` is `COL[:s|ms|us]`; `input` is `COL:V`, `COL:mV`, `COL:duty:FULL` or `COL:percent`, of which the last two
-    need `supply_V`; exactly one of `speed` (`COL:UNIT`), `angle` (`COL:UNIT`) and `count` (`COL`) is given.
+    `time` is `COL[:s|ms|us|ns]`; `input` is `COL:V`, `COL:mV`, `COL:duty:FULL` or `COL:percent`, of which the last two
+    need a supply; exactly one of `speed` (`COL:UNIT`), `angle` (`COL:UNIT`), `count` (`COL`, a running counter) and
+    `pulses` (`COL`, the counts since the row before) is given. `wrap` is the width [bit] of a counter that wraps, or
+    `"turn"` for an angle within one turn. The supply is `supply_V`, or the column `supply` (`COL:V|mV`), or both:
+    then the column is scaled so that it begins at `supply_V`. Where it is `supply_unknown`, 1 V stands for it.
+
     Even time stamps become ticks, uneven ones stay time. Each change of the column `segment` begins a new segment;
     its value is kept as the parameter `label`. A segment is taken to start at rest only where the log shows it: at
     least its first two rows have zero input, and throughout these rows the shaft does not move. `input_acts` says
     whether a row's input is applied from that row on, or was until it: then it is moved to the row before, and of the
-    last row the input is not known and taken to stay.
+    last row the input is not known and taken to stay. A row whose input or shaft is missing (empty or `nan`) is a gap:
+    a skipped tick where time stamps are even, else the next row begins a new segment.
+
+    `columns` names the columns of a log without names, separated by commas; `drop_first` rows are left out at the
+    beginning of the log and of each segment; with `decimal_comma` numbers are like 3,14.
 
     **Raises:** `RecordingError`.
     """
-    _check_choice(speed, angle, count)
+    shaft = Shaft(speed, angle, count, pulses, wrap)
+    shaft.check()
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), _window(speed_window_s)
-    table = read_table(Path(path))
+    if supply_unknown and (supply_V is not None or supply is not None):
+        raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
+    if drop_first < 0:
+        raise RecordingError(f"--drop-first is {drop_first}; it is a number of rows")
+    table = read_table(Path(path), columns=columns, drop=drop_first, decimal_comma=decimal_comma)
     names = list(table.cells)
     with _about(table.source):
-        log = Log(
-            stamps=_stamps(table, *split_time(time, names)),
-            input=input_of(table, split_input(input, names), supply_V),
-            shaft=shaft_of(table, names, scale, speed, angle, count),
+        table, bounds, labels = _segments(table, segment, drop_first)
+        stamps = _stamps(table, *split_time(time, names))
+        _check_time(table, stamps[0], bounds)
+        stated_input = split_input(input, names)
+        if supply_unknown and stated_input.full_scale is None:
+            raise RecordingError("the input is in volts, so no supply is asked for; leave --supply-unknown out")
+        measured = None if supply is None else _supply(table, supply, names)
+        nominal_V = UNKNOWN_V if supply_unknown else supply_V
+        if nominal_V is None and measured is not None:
+            nominal_V = float(measured[np.isfinite(measured)][0])
+        log, bounds = _read_log(
+            table, bounds, stamps, stated_input, shaft, scale, nominal_V, measured, input_acts == "before"
         )
-        bounds, labels = _bounds(table, segment)
-        _check_time(table, log.stamps[0], bounds)
-    if input_acts == "before":
-        log = dataclasses.replace(log, input=_acted_before(log.input, bounds))
-    stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "segment": segment}
-    return assemble(
+    stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "pulses": pulses}
+    stated |= {"wrap": None if wrap is None else str(wrap), "segment": segment, "supply": supply, "columns": columns}
+    missing = len(table) - len(log.stamps[0])
+    header: dict[str, Any] = {
+        "imported": _how(Path(path), input_acts, stated) | ({"missing_rows": missing} if missing else {})
+    }
+    if supply_unknown:
+        header["supply_unknown"] = True
+    recording = assemble(
         log,
         bounds,
         [{} if label is None else {"label": label} for label in labels],
@@ -70,14 +108,18 @@ def import_log(
         source=table.source,
         counts_per_rev=scale.counts_per_rev,
         duty_full_scale=log.input[2],
-        supply_V=supply_V,
+        supply_V=nominal_V,
         speed_window_s=speed_window_s,
         drive=drive,
-        header={"imported": _how(Path(path), input_acts, stated)},
+        header=header,
     )
+    # What was counted in a row that is missing is lost.
+    lost = pulses is not None and (missing or any(map(lost_ticks, recording.segments)))
+    recording = dataclasses.replace(recording, count_resets=True) if lost else recording
+    return supplied(recording, scaled=supply_V is not None)
 
 
-def _how(path: Path, input_acts: str, stated: dict[str, str | None]) -> dict[str, str]:
+def _how(path: Path, input_acts: str, stated: dict[str, str | None]) -> dict[str, Any]:
     """The log and how it was read, for the header: only what was stated."""
     acts = {} if input_acts == "after" else {"input_acts": input_acts}
     return {"log": path.name} | acts | {key: value for key, value in stated.items() if value is not None}
@@ -94,55 +136,6 @@ def _about(source: str) -> Iterator[None]:
         raise RecordingError(f"{source}: {error}") from error
 
 
-@dataclasses.dataclass(frozen=True)
-class Log:
-    """Columns in SI, not yet cut into segments."""
-
-    stamps: tuple[np.ndarray, float]
-    """(n,) time [s] and the step of its last printed digit [s]."""
-    input: tuple[np.ndarray, np.ndarray | None, float | None]
-    """(n,) volts, (n,) duty, and the duty that means the whole supply."""
-    shaft: dict[str, np.ndarray]
-    """(n,) of one name, `count`, `angle_rad` or `speed_rad_s`."""
-
-
-def assemble(
-    log: Log, bounds: np.ndarray, parameters: list[dict[str, Any]], kinds: list[str], *, source: str, **fields: Any
-) -> Recording:
-    """The recording whose segments lie between `bounds`; `fields` are those of `Recording`."""
-    time_s, resolution_s = log.stamps
-    cuts = [slice(start, stop) for start, stop in itertools.pairwise(bounds.tolist())]
-    times = timing([time_s[cut] for cut in cuts], resolution_s)
-    starts = _starts([time_s[cut] for cut in cuts])
-    volts, duty, _ = log.input
-    (shaft,) = log.shaft.values()
-    (measured,) = log.shaft
-    segments = []
-    for index, cut in enumerate(cuts):
-        tick = None if times.ticks is None else times.ticks[index]
-        segments.append(
-            Segment(
-                kind=kinds[index],
-                start_s=starts[index],
-                at_rest=_rests(volts[cut], shaft[cut], measured == "speed_rad_s"),
-                parameters=parameters[index],
-                time_s=times.times_s[index] if tick is None else tick * times.period_s,
-                volts=volts[cut],
-                tick=tick,
-                duty=None if duty is None else duty[cut],
-                count=shaft[cut] if measured == "count" else None,
-                angle_rad=shaft[cut] if measured == "angle_rad" else None,
-                speed_rad_s=shaft[cut] if measured == "speed_rad_s" else None,
-            )
-        )
-    return Recording(segments=tuple(segments), source=source, period_s=times.period_s, **fields)
-
-
-def _check_choice(speed: str | None, angle: str | None, count: str | None) -> None:
-    if sum(choice is not None for choice in (speed, angle, count)) != 1:
-        raise RecordingError("exactly one of --speed, --angle and --count is needed; state which column is the shaft")
-
-
 def positive(value: float | int | None, flag: str) -> float | None:
     if value is not None and not 0 < value < np.inf:
         raise RecordingError(f"{flag} is {value}; it is a positive number")
@@ -156,67 +149,124 @@ def _window(value: float | int | None) -> float | None:
 
 
 def _stamps(table: Table, column: str, unit_s: float) -> tuple[np.ndarray, float]:
-    return table.numbers(column) * unit_s, table.resolution(column) * unit_s
+    return table.since_first(column) * unit_s, table.resolution(column) * unit_s
+
+
+def _supply(table: Table, stated: str, names: list[str]) -> np.ndarray:
+    """(n,) measured supply [V], NaN where it was not."""
+    column, unit = split_unit(stated, names, "the supply")
+    if unit not in ("V", "mV"):
+        raise RecordingError(f"the supply's unit {unit!r} is not known; it is V or mV")
+    values = table.sparse(column) * {"V": 1.0, "mV": 1e-3}[unit]
+    if not np.isfinite(values).any():
+        raise RecordingError(f"column {column!r} never holds a supply; leave --supply-column out")
+    if (values <= 0).any():
+        row = int(np.argmax(values <= 0))
+        raise table.fault(row, f"{column} is {values[row]:g} V, which drives no motor; correct it, or leave it empty")
+    return values
+
+
+def _read_log(
+    table: Table,
+    bounds: np.ndarray,
+    stamps: tuple[np.ndarray, float],
+    stated: Input,
+    shaft: Shaft,
+    scale: Scale,
+    supply_V: float | None,
+    measured: np.ndarray | None,
+    acted_before: bool,
+) -> tuple[Log, np.ndarray]:
+    """The log without the rows whose input or shaft is missing, and where its segments begin and end."""
+    no_input, no_shaft = table.missing(stated.column), table.missing(shaft.column(list(table.cells)))
+    row = _rows_before(bounds) if acted_before else np.arange(len(table))
+    whole = ~(no_input[row] | no_shaft)
+    if not whole.any():
+        raise RecordingError("no row has both an input and a shaft; log both at the same moments")
+    if not whole.all() and len(set(np.searchsorted(bounds, np.flatnonzero(whole), side="right"))) < len(bounds) - 1:
+        raise RecordingError("a segment has no row with both an input and a shaft; leave it out of the log")
+    volts, duty, full = _spread(
+        input_of(table.only(~no_input), stated, supply_V, measured is not None), ~no_input, row, whole
+    )
+    kept = table.only(~no_shaft)
+    values = shaft.read(kept, list(table.cells), scale)
+    log = Log(
+        (stamps[0][whole], stamps[1]),
+        (volts, duty, full),
+        {name: column[whole[~no_shaft]] for name, column in values.items()},
+        None if measured is None else measured[whole],
+        None if whole.all() else np.concatenate([[False], np.diff(np.flatnonzero(whole)) > 1]),
+    )
+    return log, np.concatenate([[0], np.cumsum(whole)])[bounds]
+
+
+def _spread(
+    given: tuple[np.ndarray, np.ndarray | None, float | None], known: np.ndarray, row: np.ndarray, whole: np.ndarray
+) -> tuple[np.ndarray, np.ndarray | None, float | None]:
+    """The inputs `given`, of the rows at which `known` is true, for the rows `whole`, each that of `row`."""
+    volts, duty, full = given
+    place = (np.cumsum(known) - 1)[row][whole]
+    return volts[place], None if duty is None else duty[place], full
+
+
+def _rows_before(bounds: np.ndarray) -> np.ndarray:
+    """(n,) the row whose input acts from each row on, where inputs are those that acted until their row."""
+    row = np.arange(1, bounds[-1] + 1)
+    row[bounds[1:] - 1] -= 1
+    return row
 
 
 def input_of(
-    table: Table, stated: Input, supply_V: float | int | None
+    table: Table, stated: Input, supply_V: float | int | None, as_duty: bool = False
 ) -> tuple[np.ndarray, np.ndarray | None, float | None]:
+    """Volts, whole duties where they are, and the duty that means the whole supply.
+
+    With `as_duty` fractions of the supply become whole duties of a larger full scale.
+    """
     values = table.numbers(stated.column)
     if stated.full_scale is None:
         return values * stated.volts_per_unit, None, None
     if supply_V is None:
-        raise RecordingError("duty and percent need the supply voltage to become volts (--supply)")
+        raise RecordingError(
+            "duty and percent need the supply voltage to become volts (--supply); where nobody knows it, "
+            "--supply-unknown"
+        )
     beyond = np.abs(values) > stated.full_scale
     if beyond.any():
         row = int(np.argmax(beyond))
         sentence = f"{stated.column} is {values[row]:g}, beyond the full scale of {stated.full_scale:g}; state another"
         raise table.fault(row, sentence)
-    duty = table.integers(stated.column)
-    volts = (values if duty is None else duty) / stated.full_scale * supply_V
-    return volts, duty, None if duty is None else stated.full_scale
+    duty, full = table.integers(stated.column), stated.full_scale
+    if duty is None and as_duty:
+        finer = 10.0 ** min(max(round(-np.log10(table.resolution(stated.column))), 0), FINEST_DUTY)
+        duty, full = np.rint(values * finer).astype(np.int64), full * finer
+    if duty is None:
+        return values / full * supply_V, None, None
+    return duty / full * supply_V, duty, full
 
 
-def _acted_before(
-    given: tuple[np.ndarray, np.ndarray | None, float | None], bounds: np.ndarray
-) -> tuple[np.ndarray, np.ndarray | None, float | None]:
-    """Each segment's inputs, from the row before on."""
-    row = np.arange(1, bounds[-1] + 1)
-    row[bounds[1:] - 1] -= 1
-    volts, duty, full = given
-    return volts[row], None if duty is None else duty[row], full
+def _segments(table: Table, segment: str | None, drop: int) -> tuple[Table, np.ndarray, list[str | None]]:
+    """The table, (segments + 1,) rows at which segments begin, and the end; the label of each.
 
-
-def shaft_of(
-    table: Table, names: list[str], scale: Scale, speed: str | None, angle: str | None, count: str | None
-) -> dict[str, np.ndarray]:
-    if speed is not None:
-        column, unit = split_unit(speed, names, "the speed")
-        return {"speed_rad_s": table.numbers(column) * speed_factor(unit, scale)}
-    if angle is not None:
-        column, unit = split_unit(angle, names, "the angle")
-        return {"angle_rad": table.numbers(column) * angle_factor(unit, scale)}
-    if count not in names:
-        raise RecordingError(f"there is no column {count!r}; the columns are {', '.join(map(repr, names))}")
-    angle_factor("counts", scale)
-    counts = table.integers(count)
-    if counts is None:
-        raise RecordingError(f"column {count!r} has counts that are not whole; give it as --angle {count}:counts")
-    return {"count": counts}
-
-
-def _bounds(table: Table, segment: str | None) -> tuple[np.ndarray, list[str | None]]:
-    """(segments + 1,) rows at which segments begin, and the end; the label of each."""
-    rows = len(next(iter(table.cells.values())))
+    Of all segments but the first, whose first rows were not even read, `drop` rows are left out.
+    """
     if segment is None:
-        return np.array([0, rows]), [None]
+        return table, np.array([0, len(table)]), [None]
     if segment not in table.cells:
         raise RecordingError(f"there is no column {segment!r}; the columns are {', '.join(map(repr, table.cells))}")
     labels = [label.strip() for label in table.cells[segment]]
-    starts = [0, *(row for row in range(1, rows) if labels[row] != labels[row - 1])]
+    starts = [0, *(row for row in range(1, len(table)) if labels[row] != labels[row - 1])]
     if len(starts) > MAX_LABELS:
         raise RecordingError(f"{segment!r} changes {len(starts)} times; it is no segment column, or split the log")
-    return np.array([*starts, rows]), [labels[row] for row in starts]
+    bounds = np.array([*starts, len(table)])
+    kept = np.ones(len(table), bool)
+    for start, stop in itertools.pairwise(bounds[1:].tolist()):
+        if drop >= stop - start:
+            raise table.fault(
+                start, f"--drop-first {drop} leaves nothing of this segment's {stop - start} rows; lower it"
+            )
+        kept[start : start + drop] = False
+    return table.only(kept), np.concatenate([[0], np.cumsum(kept)])[bounds], [labels[row] for row in starts]
 
 
 def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray) -> None:
@@ -227,22 +277,3 @@ def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray) -> None:
         what = "stands still" if step[row - 1] == 0 else "runs backwards"
         hint = "" if len(bounds) > 2 else ", or name the column that tells the experiments apart (--segment)"
         raise table.fault(row, f"the time {what} at {time_s[row]:g} s; correct or delete the row{hint}")
-
-
-def _starts(times_s: list[np.ndarray]) -> list[float]:
-    """Start of each segment since the first one's. Where time restarts, one usual step after the last segment."""
-    steps = np.concatenate([np.diff(time) for time in times_s])
-    step = float(np.median(steps)) if len(steps) else 0.0
-    starts = [0.0]
-    for before, after in itertools.pairwise(times_s):
-        gap = after[0] - before[-1]
-        starts.append(float(starts[-1] + before[-1] - before[0] + (gap if gap > 0 else step)))
-    return starts
-
-
-def _rests(volts: np.ndarray, shaft: np.ndarray, is_speed: bool) -> bool:
-    """The first rows, two or more, have zero input, and throughout them the shaft does not move."""
-    driven = np.flatnonzero(volts)
-    rows = int(driven[0]) if len(driven) else len(volts)
-    still = 0.0 if is_speed else shaft[0]
-    return rows >= 2 and bool((shaft[:rows] == still).all())

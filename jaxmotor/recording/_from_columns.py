@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from jaxmotor._sentences import shown
-from jaxmotor.recording._columns import CHOICES, FLOATS, INTEGERS
+from jaxmotor.recording._columns import CHOICES, FLOATS, INTEGERS, SPARSE
 from jaxmotor.recording._header import FORMAT, Header, parse_header
 from jaxmotor.recording._read import assemble, check_needs
 from jaxmotor.recording._recording import Recording, RecordingError
@@ -68,6 +68,8 @@ def _numbers(name: str, column: np.ndarray, source: str) -> np.ndarray:
         raise RecordingError(f"{source}: column {name!r} holds {column.dtype}, not numbers; export it again")
     limit = (INTEGERS | FLOATS)[name]
     bad = ~(np.abs(column.astype(float)) <= limit)
+    if name in SPARSE:
+        bad &= ~np.isnan(column.astype(float))
     if name in INTEGERS and column.dtype.kind == "f":
         bad |= column != np.round(column)
     if bad.any():

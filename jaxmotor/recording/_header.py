@@ -12,7 +12,8 @@ from jaxmotor.recording._parse_toml import parse_toml
 from jaxmotor.recording._recording import KINDS, RecordingError
 from jaxmotor.recording._text import fault
 
-FORMAT = 1
+FORMAT = 2
+"""The newest; 2 adds `nan` in `supply_mV`, where the supply was not read, and is written only where that is so."""
 MAX_SEGMENTS = 10_000
 MAX_HEADER = 4_000_000
 """Longer headers are refused unparsed [character]."""
@@ -90,12 +91,12 @@ def parse_header(lines: list[str], source: str) -> Header:
 def _check_version(first: str, source: str) -> None:
     match = _FIRST.fullmatch(first)
     if match is None:
-        raise fault(source, 1, f"{shown(first)} names no format; the line is '# jaxmotor recording {FORMAT}'")
+        raise fault(source, 1, f"{shown(first)} names no format; the line is '# jaxmotor recording 1'")
     version = int(match.group(1))
     if version > FORMAT:
         raise fault(source, 1, f"format {version} is newer than format {FORMAT}, which this jaxmotor reads; update it")
-    if version < FORMAT:
-        raise fault(source, 1, f"there is no format {version}; the first is format {FORMAT}")
+    if version < 1:
+        raise fault(source, 1, f"there is no format {version}; the first is format 1")
 
 
 def _check_recording(header: Header) -> None:

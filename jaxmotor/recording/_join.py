@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._supply import supplied
 
 PAUSE_S = 1.0
 """Between one recording and the next, of which nothing is known."""
@@ -50,7 +51,8 @@ def join(recordings: Sequence[Recording]) -> Recording:
     header = {key: value for recording in reversed(recordings) for key, value in recording.header.items()}
     header["joined"] = [Path(recording.source).name for recording in recordings]
     resets = len(recordings) > 1 or first.count_resets
-    return dataclasses.replace(first, segments=tuple(segments), count_resets=resets, header=header, **shared)
+    joined = dataclasses.replace(first, segments=tuple(segments), count_resets=resets, header=header, **shared)
+    return supplied(joined)
 
 
 def _agreed(recordings: Sequence[Recording], name: str) -> Any:

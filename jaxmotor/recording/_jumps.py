@@ -62,7 +62,7 @@ def _check_counts(
         if wrapped.any():
             row = int(np.argmax(wrapped))
             raise _impossible(
-                recording, index, row, jump[row], f"the {width}-bit counter wrapped; unwrap it when logging"
+                recording, index, row, jump[row], f"the {width}-bit counter wrapped; import it with --wrap {width}"
             )
     if large.any():
         row = int(np.argmax(large))
@@ -76,7 +76,7 @@ def _check_counts(
 def _one_turn(recording: Recording, index: int, row: int) -> RecordingError:
     return RecordingError(
         f"{recording.source}: the angle jumps by one turn in segment {index} at "
-        f"{when(recording.segments[index], row + 1)}: it was logged within one turn only; unwrap it before importing"
+        f"{when(recording.segments[index], row + 1)}: it was logged within one turn only; import it with --wrap turn"
     )
 
 

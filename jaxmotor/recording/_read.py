@@ -1,4 +1,4 @@
-"""Reads format 1: all of the file, or one sentence that says what is wrong in which line."""
+"""Reads formats 1 and 2: all of the file, or one sentence that says what is wrong in which line."""
 
 import os
 from pathlib import Path
@@ -10,6 +10,7 @@ from jaxmotor._sentences import shown
 from jaxmotor.recording._columns import FLOATS, INTEGERS, parse_names, parse_rows
 from jaxmotor.recording._header import OWN_KEYS, OWN_SEGMENT_KEYS, Header, is_recording, parse_header
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._supply import supplied
 from jaxmotor.recording._text import fault, limit_rows, load, text_of
 
 _FIELDS = ("tick", "time_s", "duty", "volts", "count", "angle_rad", "speed_rad_s", "current_A")
@@ -108,7 +109,7 @@ def assemble(header: Header, columns: dict[str, np.ndarray], first: int) -> Reco
         _segment(table, fields, extra, slice(bounds[index], bounds[index + 1]))
         for index, table in enumerate(header.segments)
     )
-    return Recording(segments=segments, source=header.source, header=rest, **own)
+    return supplied(Recording(segments=segments, source=header.source, header=rest, **own))
 
 
 def _bounds(header: Header, segment: np.ndarray, first: int) -> np.ndarray:

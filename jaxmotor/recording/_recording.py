@@ -35,7 +35,7 @@ class Segment:
     time_s: np.ndarray
     """(n,) float64, increasing, from the segment's start [s]."""
     volts: np.ndarray
-    """(n,) float64, mean bridge voltage from this row on [V]."""
+    """(n,) float64, mean bridge voltage from this row on [V]; of duties, what they made of the supply (`supplied`)."""
     tick: np.ndarray | None = None
     """(n,) int64, time in periods; a skipped number is a lost sample. None where time was logged."""
     duty: np.ndarray | None = None
@@ -47,7 +47,7 @@ class Segment:
     speed_rad_s: np.ndarray | None = None
     """(n,) float64, output shaft [rad/s], the mean over `Recording.speed_window_s` before the row."""
     supply_V: np.ndarray | None = None
-    """(n,) float64, measured supply [V]."""
+    """(n,) float64, measured supply at the row [V]; NaN where it was not read. Its scale is `Recording.supply_V`."""
     current_A: np.ndarray | None = None
     """(n,) float64, measured current [A]."""
     extra: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
@@ -71,7 +71,7 @@ class Recording:
     duty_full_scale: float | None = None
     """The duty that means the whole supply [1]."""
     supply_V: float | None = None
-    """Nominal supply of the bridge [V]."""
+    """Supply of the bridge, unloaded, when the recording began [V]."""
     drive: Literal["brake", "coast"] | None = None
     """What the bridge does between pulses; None where not known."""
     speed_window_s: float | None = None

@@ -6,8 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from jaxmotor.recording._foreign import input_of, positive, shaft_of
+from jaxmotor.recording._foreign import input_of, positive
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._table import read_table
 from jaxmotor.recording._text import limit_rows
 from jaxmotor.recording._units import Scale, split_input
@@ -29,6 +30,9 @@ def import_steady(
     counts_per_rev: float | int | None = None,
     wheel_radius_m: float | int | None = None,
     drive: Literal["brake", "coast"] | None = None,
+    columns: str | None = None,
+    drop_first: int = 0,
+    decimal_comma: bool = False,
 ) -> Recording:
     """The steady states in the CSV at `path`, each as a segment in which voltage and speed stay as they are.
 
@@ -45,11 +49,11 @@ def import_steady(
     ticks = round(hold / period) + 1
     if ticks < 3:
         raise RecordingError(f"--steady {hold:g} is less than two periods of {period:g} s; hold the states longer")
-    table = read_table(Path(path))
+    table = read_table(Path(path), columns=columns, drop=drop_first, decimal_comma=decimal_comma)
     try:
         names = list(table.cells)
         volts, _, _ = input_of(table, split_input(input, names), supply_V)
-        speeds = shaft_of(table, names, scale, speed, None, None)["speed_rad_s"]
+        speeds = Shaft(speed=speed).read(table, names, scale)["speed_rad_s"]
     except RecordingError as error:
         if str(error).startswith(table.source):
             raise

@@ -18,7 +18,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from jaxmotor.recording._foreign import Log, assemble
+from jaxmotor.recording._log import Log, assemble
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._sysid_csv import import_sysid_csv
 from jaxmotor.recording._text import limit_rows, load, text_of

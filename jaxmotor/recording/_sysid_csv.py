@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxmotor.recording._foreign import Log, assemble
+from jaxmotor.recording._log import Log, assemble
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._table import Table, read_table
 from jaxmotor.recording._units import Scale, angle_factor

@@ -4,6 +4,8 @@ import csv
 import dataclasses
 import math
 import re
+from collections.abc import Sequence
+from decimal import Decimal
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +14,20 @@ from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
 from jaxmotor.recording._text import fault, limit_rows, load, text_of
 
-DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab"}
+DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
+COMMENTS = ("#", "%")
+MISSING = ("", "nan", "-nan", "na")
+"""Cells that say that nothing was measured, in small letters."""
 LARGEST = 1e17
-"""Greater numbers are damage; microseconds since 1970 are less."""
+"""Greater numbers are damage."""
+NOTHING = "a line of column names and then rows are needed; the log has none"
+EXACT = 15
+"""Digits that every float holds."""
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+([eE][+-]?[0-9]+)?")
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _DECIMALS = re.compile(r"[+-]?[0-9]*\.?([0-9]*)(?:[eE]([+-]?[0-9]{1,3}))?")
+_THOUSANDS = re.compile(r"[+-]?[0-9.]*\.[0-9.,]*")
+_WHOLE = re.compile(r"([+-]?[0-9]+)(?:\.0*)?")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -25,13 +35,28 @@ class Table:
     """Cells by column, as text."""
 
     source: str
-    first: int
-    """Line of the first row in the file."""
+    lines: Sequence[int]
+    """Line of each row in the file."""
     cells: dict[str, list[str]]
+
+    def __len__(self) -> int:
+        return len(self.lines)
 
     def fault(self, row: int, sentence: str) -> RecordingError:
         """The error about `row`, counted from 0."""
-        return fault(self.source, self.first + row, sentence)
+        return fault(self.source, self.lines[row], sentence)
+
+    def only(self, rows: np.ndarray) -> "Table":
+        """The table of the rows at which `rows` (n,) is true."""
+        if rows.all():
+            return self
+        kept = np.flatnonzero(rows).tolist()
+        cells = {name: [column[row] for row in kept] for name, column in self.cells.items()}
+        return Table(self.source, [self.lines[row] for row in kept], cells)
+
+    def missing(self, name: str) -> np.ndarray:
+        """(n,) whether the cell is empty or says that nothing was measured (`nan`, `NA`)."""
+        return np.array([cell.strip().lower() in MISSING for cell in self.cells[name]], bool)
 
     def numbers(self, name: str) -> np.ndarray:
         """(n,) float64.
@@ -47,53 +72,102 @@ class Table:
             raise self._first_fault(name) from None
         if not np.isfinite(values).all():
             raise self._first_fault(name)
-        if (large := np.abs(values) > LARGEST).any():
-            row = int(np.argmax(large))
-            raise self.fault(row, f"{name} is {values[row]:g}, more than can be meant; correct or delete the row")
+        self._check_size(name, values)
         return values
+
+    def since_first(self, name: str) -> np.ndarray:
+        """(n,) float64, each cell less the first one, exact to the last printed digit.
+
+        Seconds since 1970 with microseconds, or nanoseconds, have more digits than a float: they are subtracted as
+        they are printed.
+
+        **Raises:** `RecordingError`, as `numbers`.
+        """
+        cells = self.cells[name]
+        if max(map(len, cells)) <= EXACT:
+            values = self.numbers(name)
+            return values - values[0]
+        for row, cell in enumerate(cells):
+            if not _NUMBER.fullmatch(cell.strip()) or not math.isfinite(float(cell)):
+                raise self._first_fault(name) from None
+            if abs(float(cell)) > 1e20:
+                raise self.fault(row, f"{name} is {float(cell):g}, more than can be meant; correct or delete the row")
+        first = Decimal(cells[0].strip())
+        return np.array([float(Decimal(cell.strip()) - first) for cell in cells])
 
     def held(self, name: str) -> np.ndarray:
         """(n,) float64, where an empty cell holds what was there before; NaN before the first value.
 
         **Raises:** `RecordingError`, as `numbers`.
         """
-        cells = self.cells[name]
-        filled = np.array([bool(cell.strip()) for cell in cells])
-        values = np.full(len(cells), np.nan)
-        part = Table(self.source, self.first, {name: [cell if cell.strip() else "0" for cell in cells]})
-        values[filled] = part.numbers(name)[filled]
-        last = np.maximum.accumulate(np.where(filled, np.arange(len(cells)), -1))
+        values = self.sparse(name)
+        filled = ~np.isnan(values)
+        last = np.maximum.accumulate(np.where(filled, np.arange(len(values)), -1))
         return np.where(last >= 0, values[last], np.nan)
 
-    def integers(self, name: str) -> np.ndarray | None:
-        """(n,) int64, exact; None where some cell is not a whole number of at most 62 bits.
+    def sparse(self, name: str) -> np.ndarray:
+        """(n,) float64, NaN where the cell is missing.
 
         **Raises:** `RecordingError`, as `numbers`.
         """
-        self.numbers(name)
-        try:
-            values = [int(cell) for cell in self.cells[name]]
-        except ValueError:
-            return None
-        return np.array(values, dtype=np.int64) if max(map(abs, values)) <= 2**62 else None
+        missing = self.missing(name)
+        cells = ["0" if no else cell for cell, no in zip(self.cells[name], missing.tolist(), strict=True)]
+        return np.where(missing, np.nan, Table(self.source, self.lines, {name: cells}).numbers(name))
+
+    def integers(self, name: str) -> np.ndarray | None:
+        """(n,) int64, exact, also where they are printed as 22.0; None where some cell is not a whole number.
+
+        **Raises:** `RecordingError`, as `numbers`, and for whole numbers that are printed without their last digits
+        (1.23457e+06).
+        """
+        values = self.numbers(name)
+        cells = self.cells[name]
+        if all(map(str.isdecimal, cells)):
+            whole = list(map(int, cells))
+        else:
+            if not (values == np.rint(values)).all():
+                return None
+            matches = [_WHOLE.fullmatch(cell.strip()) for cell in cells]
+            if not all(matches):
+                self._check_digits(name)
+                return values.astype(np.int64) if np.abs(values).max() <= 2**53 else None
+            whole = [int(match[1]) for match in matches if match]
+        return np.array(whole, dtype=np.int64) if max(map(abs, whole)) <= 2**62 else None
 
     def resolution(self, name: str) -> float:
         """The step of the last digit that is printed, of the cell with the most digits."""
         return 10.0 ** -max(map(_decimals, self.cells[name]))
 
+    def _check_size(self, name: str, values: np.ndarray) -> None:
+        if (large := np.abs(values) > LARGEST).any():
+            row = int(np.argmax(large))
+            raise self.fault(row, f"{name} is {values[row]:g}, more than can be meant; correct or delete the row")
+
+    def _check_digits(self, name: str) -> None:
+        for row, cell in enumerate(self.cells[name]):
+            if _decimals(cell) < 0 and float(cell) != 0:
+                raise self.fault(
+                    row, f"{name} is {shown(cell)}, whose last digits were not printed; export all digits of it"
+                )
+
     def _first_fault(self, name: str) -> RecordingError:
         for row, cell in enumerate(self.cells[name]):
             cell = cell.strip()
             if _DECIMAL_COMMA.fullmatch(cell):
-                return self.fault(row, f"{name} is {shown(cell)}, with a decimal comma; export with decimal points")
+                return self.fault(
+                    row, f"{name} is {shown(cell)}, with a decimal comma; say so with --decimal-comma, or export points"
+                )
             if not _NUMBER.fullmatch(cell) or not math.isfinite(float(cell)):
                 found = shown(cell) if cell else "empty"
                 return self.fault(row, f"{name} is {found}, not a finite number; correct or delete the row")
         return RecordingError(f"{self.source}: column {name!r} is not numbers; export it again")
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path, *, columns: str | None = None, drop: int = 0, decimal_comma: bool = False) -> Table:
     """The log at `path`: comment lines, a line of column names, rows.
+
+    The names may stand in the last comment line above the rows. Where there are none, `columns` gives them, separated
+    by commas. The first `drop` rows are left out unread. With `decimal_comma` numbers are like 3,14.
 
     **Raises:** `RecordingError`.
     """
@@ -101,38 +175,97 @@ def read_table(path: Path) -> Table:
     text = text_of(load(path), source)
     limit_rows(text.count("\n"), source)
     lines = text.rstrip().split("\n")
-    top = next((row for row, line in enumerate(lines) if line.strip() and not line.startswith("#")), None)
-    if top is None or top + 1 == len(lines):
-        raise RecordingError(f"{source}: a line of column names and then rows are needed; the log has none")
-    delimiter = _delimiter(lines[top], lines[top + 1], source, top + 1)
-    names = [name.strip() for name in _split([lines[top]], delimiter, source, top + 1)[0]]
-    _check_names(names, source, top + 1)
-    rows = _split(lines[top + 1 :], delimiter, source, top + 2)
-    _check_widths(rows, lines[top + 1 :], len(names), source, top + 2)
+    top = next((row for row, line in enumerate(lines) if _is_content(line)), len(lines))
+    if columns is not None:
+        top, drop = min(top + drop, len(lines)), 0
+    marks = [mark for mark in DELIMITERS if not (decimal_comma and mark == ",")]
+    find = _above_names if columns is None else _stated_names
+    names, first, delimiter = find(lines, top, marks, columns or "", source)
+    _check_names(names, source, first)
+    first += drop
+    if first >= len(lines):
+        raise RecordingError(f"{source}: {NOTHING}")
+    rows = _split(lines[first:], delimiter, source, first + 1)
+    _check_widths(rows, lines[first:], len(names), source, first + 1)
     cells = {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True) if name}
-    return Table(source, top + 2, cells)
+    table = Table(source, range(first + 1, len(lines) + 1), cells)
+    return _with_points(table) if decimal_comma else table
 
 
-def _delimiter(header: str, row: str, source: str, line: int) -> str:
-    found = [mark for mark in DELIMITERS if mark in header]
+def _is_content(line: str) -> bool:
+    return bool(line.strip()) and not line.startswith(COMMENTS) and not line.lower().startswith("sep=")
+
+
+def _above_names(lines: list[str], top: int, marks: list[str], columns: str, source: str) -> tuple[list[str], int, str]:
+    """The names as the log has them, how many lines stand above the rows, and what separates the columns."""
+    del columns
+    if top == len(lines):
+        raise RecordingError(f"{source}: {NOTHING}")
+    above = lines[top - 1].lstrip("".join(COMMENTS)).strip() if top else ""
+    if above and _is_row(lines[top]):
+        delimiter = _delimiter(lines[top], lines[top], marks, source, top + 1)
+        width = _width(lines[top], delimiter)
+        for mark in (delimiter, *DELIMITERS):
+            names = [name.strip() for name in _split([above], mark, source, top)[0]]
+            if len(names) == width:
+                return names, top, delimiter
+    if top + 1 == len(lines):
+        raise RecordingError(f"{source}: {NOTHING}")
+    delimiter = _delimiter(lines[top], lines[top + 1], marks, source, top + 1)
+    return [name.strip() for name in _split([lines[top]], delimiter, source, top + 1)[0]], top + 1, delimiter
+
+
+def _stated_names(
+    lines: list[str], top: int, marks: list[str], columns: str, source: str
+) -> tuple[list[str], int, str]:
+    """As `_above_names`, of a log without names."""
+    if top == len(lines):
+        raise RecordingError(f"{source}: the log has no rows; export it again")
+    if not any(map(_NUMBER.fullmatch, _bare_cells(lines[top]))) and re.search("[A-Za-z]", lines[top]):
+        raise fault(source, top + 1, "this line names the columns already; leave --columns out")
+    # The last row: a stale first one may be torn.
+    delimiter = _delimiter(lines[-1], lines[-1], marks, source, len(lines))
+    names, width = [name.strip() for name in columns.split(",")], _width(lines[-1], delimiter)
+    if len(names) != width:
+        raise fault(source, len(lines), f"{width} fields, and --columns names {len(names)}; name each of them")
+    return names, top, delimiter
+
+
+def _is_row(line: str) -> bool:
+    """Numbers, whatever separates them, and at least one."""
+    cells = _bare_cells(line)
+    return any(map(_NUMBER.fullmatch, cells)) and all(
+        _NUMBER.fullmatch(cell) or cell.lower() in MISSING for cell in cells
+    )
+
+
+def _bare_cells(line: str) -> list[str]:
+    return [cell.strip('"') for cell in re.split(r"[,;\t ]+", line.strip())]
+
+
+def _delimiter(header: str, row: str, marks: list[str], source: str, line: int) -> str:
+    found = [mark for mark in marks if mark in header]
     if len(found) > 1:
         # A name may hold a comma; the row then tells.
-        found = [mark for mark in found if len(next(csv.reader([header], delimiter=mark))) == _width(row, mark) > 1]
+        fitting = [mark for mark in found if _width(header, mark) == _width(row, mark) > 1]
+        found = [mark for mark in fitting if mark != " "] or fitting
     if len(found) != 1:
-        marks = " or ".join(DELIMITERS.values())
         raise fault(
             source,
             line,
-            f"the columns are separated by one of {marks}, and here it is not clear by which; export with one of them",
+            f"the columns are separated by one of {' or '.join(DELIMITERS.values())}, and here it is not clear by "
+            "which; export with one of them",
         )
     return found[0]
 
 
-def _width(row: str, delimiter: str) -> int:
-    return len(next(csv.reader([row], delimiter=delimiter), []))
+def _width(line: str, delimiter: str) -> int:
+    return len(line.split()) if delimiter == " " else len(next(csv.reader([line], delimiter=delimiter), []))
 
 
 def _split(lines: list[str], delimiter: str, source: str, first: int) -> list[list[str]]:
+    if delimiter == " ":
+        return [line.split() for line in lines]
     if not any('"' in line for line in lines):
         return [line.split(delimiter) for line in lines]
     rows = []
@@ -144,9 +277,21 @@ def _split(lines: list[str], delimiter: str, source: str, first: int) -> list[li
     return rows
 
 
+def _with_points(table: Table) -> Table:
+    """`table` of decimal commas with decimal points; a point there would be a mark of thousands."""
+    for name, column in table.cells.items():
+        for row, cell in enumerate(column):
+            if "." in cell and _THOUSANDS.fullmatch(cell.strip()):
+                raise table.fault(row, f"{name} is {shown(cell)}, with a point where commas are decimal; export plain")
+    cells = {name: [cell.replace(",", ".") for cell in column] for name, column in table.cells.items()}
+    return Table(table.source, table.lines, cells)
+
+
 def _check_names(names: list[str], source: str, line: int) -> None:
     if all(_NUMBER.fullmatch(name) for name in names):
-        raise fault(source, line, "numbers where the column names are expected; put a line of names above them")
+        raise fault(
+            source, line, "numbers where the column names are expected; put names above them, or state --columns"
+        )
     doubled = [name for name in names if name and names.count(name) > 1]
     if doubled:
         raise fault(source, line, f"column {shown(doubled[0])} stands twice; name each column once")
@@ -155,8 +300,8 @@ def _check_names(names: list[str], source: str, line: int) -> None:
 def _check_widths(rows: list[list[str]], lines: list[str], width: int, source: str, first: int) -> None:
     for number, (row, line) in enumerate(zip(rows, lines, strict=True), first):
         if len(row) != width:
-            what = "a comment or blank line" if not line.strip() or line.startswith("#") else f"{len(row)} fields"
-            hint = "if the decimal mark is a comma, export with decimal points" if len(row) > width else "correct it"
+            what = "a comment or blank line" if not line.strip() or line.startswith(COMMENTS) else f"{len(row)} fields"
+            hint = "if commas are decimal marks, export with another separator" if len(row) > width else "correct it"
             raise fault(source, number, f"{what} where the columns are {width}; {hint}")
 
 

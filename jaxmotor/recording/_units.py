@@ -6,7 +6,7 @@ import re
 
 from jaxmotor.recording._recording import RecordingError
 
-TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLES = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 _RATES = {"s": 1.0, "min": 1 / 60}
@@ -53,7 +53,7 @@ def speed_factor(unit: str, scale: Scale) -> float:
 
 
 def split_time(text: str, columns: list[str]) -> tuple[str, float]:
-    """Column and seconds per unit of `COL` or `COL:s|ms|us`; without unit it is seconds.
+    """Column and seconds per unit of `COL` or `COL:s|ms|us|ns`; without unit it is seconds.
 
     Of several readings, the one that names an existing column is meant.
 
@@ -66,7 +66,7 @@ def split_time(text: str, columns: list[str]) -> tuple[str, float]:
         raise RecordingError(f"the time unit {unit!r} is not known; it is one of {', '.join(TIMES)}")
     name = name if colon and unit in TIMES and text not in columns else text
     try:
-        return _existing(name, columns), TIMES["s"]
+        return existing(name, columns), TIMES["s"]
     except RecordingError as error:
         raise RecordingError(f"{error}; a recording needs the time of each row (--time)") from error
 
@@ -79,7 +79,7 @@ def split_unit(text: str, columns: list[str], what: str) -> tuple[str, str]:
     name, colon, unit = text.rpartition(":")
     if not colon or text in columns:
         raise RecordingError(f"{what} {text!r} states no unit; give COLUMN:UNIT, nothing is guessed")
-    return _existing(name, columns), unit
+    return existing(name, columns), unit
 
 
 @dataclasses.dataclass(frozen=True)
@@ -102,7 +102,7 @@ def split_input(text: str, columns: list[str]) -> Input:
     """
     duty = _DUTY.fullmatch(text)
     if duty:
-        return Input(_existing(duty[1], columns), full_scale=_full_scale(duty[2]))
+        return Input(existing(duty[1], columns), full_scale=_full_scale(duty[2]))
     name, unit = split_unit(text, columns, "the input")
     if unit == "percent":
         return Input(name, full_scale=100.0)
@@ -121,7 +121,11 @@ def _full_scale(text: str) -> float:
     return value
 
 
-def _existing(name: str, columns: list[str]) -> str:
+def existing(name: str, columns: list[str]) -> str:
+    """`name`, one of `columns`.
+
+    **Raises:** `RecordingError`.
+    """
     if name not in columns:
         raise RecordingError(f"there is no column {name!r}; the columns are {', '.join(map(repr, columns))}")
     return name

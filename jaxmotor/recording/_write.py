@@ -1,4 +1,4 @@
-"""Writes format 1, so that reading it gives the same recording bit for bit."""
+"""Writes recordings, so that reading them gives the same bit for bit: format 1, or 2 where only that will do."""
 
 import os
 import re
@@ -31,7 +31,7 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
 
 
 def to_text(recording: Recording) -> str:
-    """The recording as format 1. Its values are not checked; `write` does that.
+    """The recording as a file. Its values are not checked; `write` does that.
 
     **Raises:** `RecordingError` for what the format has no place for.
     """
@@ -45,7 +45,9 @@ def to_text(recording: Recording) -> str:
                 f"{recording.source}: segment {index} has the columns {', '.join(table)} where segment 0 has "
                 f"{', '.join(names)}; log the same ones throughout"
             )
-    lines = [f"# jaxmotor recording {FORMAT}", *_header(recording), _names(recording, names)]
+    supplies = [segment.supply_V for segment in recording.segments if segment.supply_V is not None]
+    version = FORMAT if any(np.isnan(supply).any() for supply in supplies) else 1
+    lines = [f"# jaxmotor recording {version}", *_header(recording), _names(recording, names)]
     for table in tables:
         lines += map(",".join, zip(*table.values(), strict=True))
     return "\n".join(lines) + "\n"
@@ -133,5 +135,5 @@ def _check_same(given: Recording, again: Recording, source: str) -> None:
     for index, (segment, copy) in enumerate(zip(given.segments, again.segments, strict=True)):
         for name in ("time_s", "volts"):
             if not np.allclose(getattr(segment, name), getattr(copy, name), rtol=1e-9, atol=1e-12):
-                logged = "tick and period_s" if name == "time_s" else "duty, duty_full_scale and supply_V"
+                logged = "tick and period_s" if name == "time_s" else "duty, duty_full_scale and the supply"
                 raise RecordingError(f"{source}: {name} of segment {index} does not follow from {logged}; correct one")

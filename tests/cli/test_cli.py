@@ -109,7 +109,7 @@ SPOILED = {
     "empty": b"",
     "binary": bytes(range(256)) * 20,
     "another table": b"t,u,y\n0,1,2\n",
-    "newer": b"# jaxmotor recording 2\n",
+    "newer": b"# jaxmotor recording 3\n",
     "not text": "# jaxmotor recording 1\n".encode("utf-16"),
     "only a header": b"# jaxmotor recording 1\n# period_s = 0.005\n",
 }

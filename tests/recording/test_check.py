@@ -145,7 +145,7 @@ def test_angle_within_one_turn():
     volts = SOUND["step"]
     angle = np.cumsum(motor(volts, gain=0.005))
     check_jumps(angled(angle, volts))
-    with pytest.raises(RecordingError, match=r"one turn in segment 0 at time_s .*unwrap"):
+    with pytest.raises(RecordingError, match=r"one turn in segment 0 at time_s .*--wrap turn"):
         check_jumps(angled(angle % (2 * np.pi), volts))
 
 

@@ -38,6 +38,10 @@ class Rig(NamedTuple):
     """From the first row to the last."""
     turns: bool
     """The measured angle is known throughout, and the shaft turned around."""
+    supply_known: bool = True
+    """What share of the supply each voltage was is known."""
+    supply_logged: bool = False
+    """The voltages are those that the logged supply gave: its sag and drift are in them."""
 
 
 def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: float) -> Any:

@@ -52,7 +52,7 @@ class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        return (cls.of(rate_per_s=0.07 / max(rig.duration_s, 1.0)),)
+        return () if rig.supply_logged else (cls.of(rate_per_s=0.07 / max(rig.duration_s, 1.0)),)
 
     def source(self, source: Source, time: Scalar) -> Source:
         return source._replace(supply=source.supply * (1 - self.rate_per_s * time))
@@ -181,8 +181,7 @@ class CoastDrive(AbstractDriveEffect, AbstractWindingEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        del rig
-        return (cls(),)
+        return (cls(),) if rig.supply_known else ()
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del memory
@@ -205,8 +204,7 @@ class SupplySag(AbstractDriveEffect, AbstractWindingEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        del rig
-        return (cls.of(ratio=0.2),)
+        return (cls.of(ratio=0.2),) if rig.supply_known and not rig.supply_logged else ()
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del memory
