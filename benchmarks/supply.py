@@ -4,8 +4,8 @@
 
 Random linear motors on random plans (those of the blind tests, without closed loops) on the emulated bench's plant.
 Their supply has a resistance of 12 to 35 % of the winding's, or falls by 4 to 10 % over the recording, or both. It is
-logged with every row in millivolts as it is at the row, with every row as it is from there on, or as the board does:
-a converter of 19.68 mV, averaged over 16 ms, told every 100 ms. Errors are root mean squares over motors, in percent.
+logged with every row in millivolts as it is at the row, or with every row as it is from there on. Errors are root
+mean squares over motors, in percent. (`board`, for the tests: a converter of 19.68 mV, averaged, told every 100 ms.)
 """
 
 import dataclasses
@@ -25,8 +25,8 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "firmware"))
 from plant import Plant  # the emulated bench's motor, called directly
 
 MOTORS = 50
-LOGS = ("each row", "from the row", "board")
-SUPPLIES = {"stiff": ("nothing", "board"), "drifts": LOGS, "sags": LOGS, "both": ("nothing", *LOGS)}
+LOGS = ("each row", "from the row")
+SUPPLIES = {"stiff": ("nothing",), "drifts": LOGS, "sags": LOGS, "both": ("nothing", *LOGS)}
 """And how each is logged."""
 HAS = {"stiff": (), "drifts": ("supply_drift",), "sags": ("supply_sag",), "both": ("supply_sag", "supply_drift")}
 ADC_STEP_V = 19.679e-3

@@ -18,10 +18,8 @@ def test_gain_and_pole_are_as_exact_as_with_a_stiff_supply():
     stiff = np.abs(errors(drawn, recording(drawn, drive(drawn, "stiff"), "nothing")))
     unknown = np.abs(errors(drawn, recording(drawn, driven, "nothing")))
     rows = np.abs(errors(drawn, recording(drawn, driven, "each row")))
-    board = np.abs(errors(drawn, recording(drawn, driven, "board")))
     assert (unknown > 1.0).all()
     assert (rows < stiff + 0.03).all()
-    assert (board < stiff + 0.15).all()
 
 
 def test_a_logged_sag_is_no_effect_of_the_motor():
@@ -30,7 +28,7 @@ def test_a_logged_sag_is_no_effect_of_the_motor():
     assert found.verdict == "complete" and not found.effects
 
 
-@pytest.mark.parametrize("log, sought", [("nothing", True), ("each row", False), ("board", False)])
+@pytest.mark.parametrize("log, sought", [("nothing", True), ("each row", False), ("board", True)])
 def test_sag_and_drift_are_sought_only_where_the_supply_was_not_logged(log, sought):
     drawn = draw(1)
     made = recording(drawn, drive(drawn, "both"), log)
