@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
+from jaxmotor.estimate._noise import Noise
 from jaxmotor.motor import AbstractLinearMotor
 
 
@@ -38,9 +39,11 @@ class Fit:
     """The recording's file."""
     period_s: float | None
     chi2_per_sample: float
-    """Mean squared residual over that of the encoder alone; 1 is the floor."""
+    """Mean squared residual over that of the noise alone; 1 is the floor."""
     floor_known: bool
     """The floor follows from the encoder; otherwise it was estimated from the data."""
+    noise: Noise
+    """Of one reading."""
     fit_percent: float
     """100 (1 - |y - ŷ|/|y - mean y|) of a free simulation of the speed of the fitted segments."""
     fitted: tuple[int, ...]

@@ -346,6 +346,7 @@ def scores(packed: Packed, residual: np.ndarray) -> dict[str, Any]:
     return {
         "chi2_per_sample": chi2_per_sample(packed, residual, packed.lanes.valid),
         "floor_known": observation.floor_known,
+        "noise": observation.noise,
         "fit_percent": fit_percent(traces),
         "traces": traces,
     }

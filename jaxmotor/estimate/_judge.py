@@ -17,7 +17,7 @@ QUIET_LOG10_Q = -4.0
 QUIET_CHI2 = 1.1
 EVIDENCE = 40.0
 """Drop of the sum of squares by which friction and delay are taken to be there; chance gives up to 10, a rounding
-error that repeats itself or a torque that wanders up to 30."""
+error that repeats itself or a torque that wanders up to 30, coloured noise as many times that as its rows are one."""
 FEW_CLUSTERS = 6
 """With fewer blocks of rows than this their disagreement says too little on its own."""
 UNDETERMINED = 0.3
@@ -58,7 +58,10 @@ def judge(recording: Recording, packed: Packed, solution: Solution, errors: Unce
         covariance = clustered * np.outer(widen, widen)
         if errors.clusters < FEW_CLUSTERS:
             covariance = _larger(covariance, model)
-    if errors.evidence > EVIDENCE:
+    # Where no more than the noise is left, its colour may look like evidence.
+    noise = packed.observation.noise
+    by_chance = max(noise.rows_per_reading, 1.0) if errors.chi2 < QUIET_CHI2 and not noise.known else 1.0
+    if errors.evidence > EVIDENCE * by_chance:
         covariance = covariance + np.outer(allowance, allowance)
         notes.append(
             "the motor does more than a linear one (friction or a delay, if only a little, show in the data): the "

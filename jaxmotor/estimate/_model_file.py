@@ -21,6 +21,7 @@ from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model_effects import effects_to_json, read_effects
 from jaxmotor.estimate._model_joint import Joint, joint_to_json, names_of, read_joint
+from jaxmotor.estimate._noise import noise_to_json
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor, SecondOrder, linear_motor
 from jaxmotor.motor.effects import VoltageOffset
 
@@ -103,6 +104,7 @@ def to_json(fit: Fit) -> dict[str, Any]:
         "fit_percent": fit.fit_percent,
         "chi2_per_sample": fit.chi2_per_sample,
         "chi2_floor": "encoder" if fit.floor_known else "estimated",
+        "noise": noise_to_json(fit.noise),
         "scored_on": "the fitted segments",
         "fitted_segments": list(fit.fitted),
         "held_out_segments": list(fit.held_out),
