@@ -7,6 +7,7 @@ import numpy as np
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._noise import Noise
+from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis
 from jaxmotor.motor import AbstractLinearMotor
 
 
@@ -58,6 +59,10 @@ class Fit:
     """Where there are sines of two frequencies or more."""
     notes: tuple[str, ...]
     """Sentences that a user should read."""
+    open_hypotheses: tuple[OpenHypothesis, ...] = ()
+    """Laws that the recording can neither show nor exclude."""
+    allowed: Allowed | None = None
+    """Intervals of gain and pole that allow for hidden laws; None where the method does not know."""
 
     def __repr__(self) -> str:
         gain, pole = float(self.motor.gain), float(self.motor.pole)

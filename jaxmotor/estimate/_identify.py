@@ -101,6 +101,8 @@ def identify(
         method="exact",
         frequency_response=None if response is None else response.response,
         notes=(*notes, *judgement.notes, *agreement(sines, judgement)),
+        open_hypotheses=judgement.open_hypotheses,
+        allowed=judgement.allowed,
         **about,
         **scores(packed, np.asarray(estimate.solution.residual)),
     )
