@@ -1,15 +1,18 @@
-"""Linear motors identified from measured logs of real hobby gearmotors: the table of docs/real-data.md.
+"""Linear motors identified from measured logs of six rigs: the table of docs/real-data.md.
 
     python benchmarks/real_data.py [--diagnose [LOG...]]
 
 The logs are looked for in $JAXMOTOR_DATA, else in ../shared/data beside the checkout. Each is fitted and scored on
 itself, to compare with fits that others made by hand; the fits by hand are first order without delay or friction.
+Of the last four rigs the table tells what their logs do not state, as it is assumed: supply, counts per turn, and that
+a metre is a radian.
 """
 
 import argparse
 import os
 import time
 from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -17,10 +20,38 @@ import numpy as np
 
 from jaxmotor import JaxmotorError, Motor, Recording, diagnose, identify, import_log, import_steady, join
 from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor.estimate import Noise
 from jaxmotor.motor import Rows, simulate_motor
 
 FOLDER = Path(os.environ.get("JAXMOTOR_DATA", Path(__file__).parent.parent.parent / "shared" / "data"))
-BY_HAND = {"brake/prbs_open": 78.7, "brake/step_open": 90.3, "coast/prbs_open": 28.3, "coast/step_open": 38.0}
+FLEXIBLE: dict[str, Any] = {"input": "u_pwm200:duty:200", "count": "count", "counts_per_rev": 1000, "supply_V": 12.0}
+BY_HAND = {
+    "brake/prbs_open": 78.7,
+    "brake/step_open": 90.3,
+    "coast/prbs_open": 28.3,
+    "coast/step_open": 38.0,
+    "emps/position_1ms": 83.9,
+    "emps/position_10ms": 83.9,
+    "flexible_link/swept1": 48.6,
+    "wheel/m1": 94.4,
+    "speed_loop/demo2": 86.8,
+}
+OTHERS: dict[str, dict[str, Any]] = {
+    "emps/position_1ms": {"input": "u_V:V", "angle": "y_m:rad"},
+    "emps/position_10ms": {"input": "u_V:V", "angle": "y_m:rad"},
+    "flexible_link/swept1": FLEXIBLE,
+    "flexible_link/swept3": FLEXIBLE,
+    "flexible_link/step1": FLEXIBLE,
+    "flexible_link/step2": FLEXIBLE,
+    "wheel/m1": {"input": "pwm_pct:percent", "speed": "w_rad_per_s:rad/s", "supply_V": 12.0},
+    "speed_loop/demo2": {
+        "input": "duty:duty:255",
+        "speed": "w_rad_per_s:rad/s",
+        "supply_V": 5.0,
+        "speed_window_s": 0.05,
+    },
+}
+"""How `import_log` reads logs of other rigs."""
 FILES = (
     "brake/prbs_open",
     "brake/step_open",
@@ -32,11 +63,14 @@ FILES = (
     "coast/stairs_closed",
     "coast/step_closed",
     "coast/profile_closed",
+    *OTHERS,
 )
 
 
 def measured(name: str) -> Recording:
-    """The log `name` (`brake/prbs_open`) as a recording: speeds are means over 20 ms, or angles."""
+    """The log `name` (`brake/prbs_open`) as a recording: of the first two rigs speeds over 20 ms, or angles."""
+    if name in OTHERS:
+        return import_log(FOLDER / f"{name}.csv", time="t_s", **OTHERS[name])
     path = FOLDER / f"undcmotor_{name}.csv"
     columns = next(line for line in path.read_text().splitlines() if not line.startswith("#"))
     if "y_deg_per_s" in columns:
@@ -50,14 +84,22 @@ def row(name: str) -> str:
     try:
         fit = identify(recording)
     except JaxmotorError as error:
-        return f"| {name} | {rows} | | | | | {str(error).partition(': ')[2]} |"
+        return f"| {name} | {rows} | | | | | | | {str(error).partition(': ')[2]} |"
     gain, pole = float(fit.motor.gain), float(fit.motor.pole)
     errors = [1.96 * float(fit.standard_error.gain), 1.96 * float(fit.standard_error.pole)]
     by_hand = f"{BY_HAND[name]:.1f}" if name in BY_HAND else ""
     return (
         f"| {name} | {rows} | {gain:.3g} ± {errors[0]:.2g} | {pole:.3g} ± {errors[1]:.2g} | {1e3 * fit.offset_V:.0f} | "
-        f"{fit.fit_percent:.1f} | {by_hand} |"
+        f"{fit.fit_percent:.1f} | {by_hand} | {noise_cell(fit.noise)} | {fit.chi2_per_sample:.3g} |"
     )
+
+
+def noise_cell(noise: Noise) -> str:
+    """Level, what is new in each row, and step, in the log's unit; of angles those of the turn from row to row."""
+    step = "none" if noise.step is None else f"{noise.step / noise.unit.si:.3g}"
+    if noise.known:
+        return f"rounding to whole {noise.unit.name}"
+    return f"{noise.level / noise.unit.si:.3g}, {noise.row_to_row / noise.unit.si:.3g}, {step} {noise.unit.name}"
 
 
 JOINED = "coast/static_gain, prbs_open, step_open"
@@ -138,8 +180,9 @@ def main() -> None:
         for name in chosen or DIAGNOSED:
             print(diagnosed(name), flush=True)
         return
-    print("| log | rows | gain [rad/s/V] | pole [rad/s] | offset [mV] | fit % | by hand % |")
-    print("|---|---|---|---|---|---|---|")
+    columns = "log | rows | gain [rad/s/V] | pole [rad/s] | offset [mV] | fit % | by hand %"
+    print(f"| {columns} | noise: level, new, step | chi2 |")
+    print("|---|---|---|---|---|---|---|---|---|")
     for name in FILES:
         print(row(name))
 

@@ -39,6 +39,7 @@ from jaxmotor.estimate._model_file import read_model as read_model
 from jaxmotor.estimate._model_file import to_json as to_json
 from jaxmotor.estimate._model_joint import Joint as Joint
 from jaxmotor.estimate._model_joint import names_of as names_of
+from jaxmotor.estimate._noise import Noise as Noise
 from jaxmotor.estimate._response_fit import fit_response as fit_response
 from jaxmotor.estimate._sine_data import SineData as SineData
 from jaxmotor.estimate._sine_data import sine_data as sine_data

@@ -6,6 +6,8 @@ from typing import Literal
 import numpy as np
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
+from jaxmotor.estimate._noise import Noise
+from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis
 from jaxmotor.motor import AbstractLinearMotor
 
 
@@ -38,9 +40,11 @@ class Fit:
     """The recording's file."""
     period_s: float | None
     chi2_per_sample: float
-    """Mean squared residual over that of the encoder alone; 1 is the floor."""
+    """Mean squared residual over that of the noise alone; 1 is the floor."""
     floor_known: bool
     """The floor follows from the encoder; otherwise it was estimated from the data."""
+    noise: Noise
+    """Of one reading."""
     fit_percent: float
     """100 (1 - |y - ŷ|/|y - mean y|) of a free simulation of the speed of the fitted segments."""
     fitted: tuple[int, ...]
@@ -55,6 +59,10 @@ class Fit:
     """Where there are sines of two frequencies or more."""
     notes: tuple[str, ...]
     """Sentences that a user should read."""
+    open_hypotheses: tuple[OpenHypothesis, ...] = ()
+    """Laws that the recording can neither show nor exclude."""
+    allowed: Allowed | None = None
+    """Intervals of gain and pole that allow for hidden laws; None where the method does not know."""
 
     def __repr__(self) -> str:
         gain, pole = float(self.motor.gain), float(self.motor.pole)

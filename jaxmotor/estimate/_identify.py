@@ -101,6 +101,8 @@ def identify(
         method="exact",
         frequency_response=None if response is None else response.response,
         notes=(*notes, *judgement.notes, *agreement(sines, judgement)),
+        open_hypotheses=judgement.open_hypotheses,
+        allowed=judgement.allowed,
         **about,
         **scores(packed, np.asarray(estimate.solution.residual)),
     )
@@ -346,6 +348,7 @@ def scores(packed: Packed, residual: np.ndarray) -> dict[str, Any]:
     return {
         "chi2_per_sample": chi2_per_sample(packed, residual, packed.lanes.valid),
         "floor_known": observation.floor_known,
+        "noise": observation.noise,
         "fit_percent": fit_percent(traces),
         "traces": traces,
     }

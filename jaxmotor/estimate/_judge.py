@@ -7,6 +7,7 @@ import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate._lanes import Packed
+from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, open_hypotheses
 from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
 from jaxmotor.motor import AbstractLinearMotor, linear_motor
@@ -17,7 +18,7 @@ QUIET_LOG10_Q = -4.0
 QUIET_CHI2 = 1.1
 EVIDENCE = 40.0
 """Drop of the sum of squares by which friction and delay are taken to be there; chance gives up to 10, a rounding
-error that repeats itself or a torque that wanders up to 30."""
+error that repeats itself or a torque that wanders up to 30, coloured noise as many times that as its rows are one."""
 FEW_CLUSTERS = 6
 """With fewer blocks of rows than this their disagreement says too little on its own."""
 UNDETERMINED = 0.3
@@ -36,6 +37,9 @@ class Judgement(NamedTuple):
     offset_V: float
     offset_standard_error_V: float
     notes: tuple[str, ...]
+    open_hypotheses: tuple[OpenHypothesis, ...]
+    allowed: Allowed
+    """Intervals of gain and pole that allow for hidden laws."""
 
 
 def judge(recording: Recording, packed: Packed, solution: Solution, errors: Uncertainty) -> Judgement:
@@ -58,7 +62,13 @@ def judge(recording: Recording, packed: Packed, solution: Solution, errors: Unce
         covariance = clustered * np.outer(widen, widen)
         if errors.clusters < FEW_CLUSTERS:
             covariance = _larger(covariance, model)
-    if errors.evidence > EVIDENCE:
+    # Where no more than the noise is left, its colour may look like evidence.
+    noise = packed.observation.noise
+    by_chance = max(noise.rows_per_reading, 1.0) if errors.chi2 < QUIET_CHI2 and not noise.known else 1.0
+    alone, moved = _strongest(errors)
+    if errors.evidence <= EVIDENCE * by_chance < alone:
+        allowance = moved
+    if max(errors.evidence, alone) > EVIDENCE * by_chance:
         covariance = covariance + np.outer(allowance, allowance)
         notes.append(
             "the motor does more than a linear one (friction or a delay, if only a little, show in the data): the "
@@ -72,14 +82,25 @@ def judge(recording: Recording, packed: Packed, solution: Solution, errors: Unce
     slope[:2] = -offset / psi[0], 1 / psi[0]
     _determined(recording, psi, model, float(errors.pole_share))
     notes += _wide(psi, kept)
+    left_open, allowed = open_hypotheses(packed, solution, errors, 1.96 * np.sqrt(np.diag(kept)[:2]))
     return Judgement(
         motor=linear_motor([psi[0], *np.exp(psi[2:])]),
         standard_error=linear_motor(np.sqrt(np.diag(kept))),
         covariance=kept,
         offset_V=float(offset),
         offset_standard_error_V=float(np.sqrt(slope @ covariance @ slope)),
-        notes=tuple(notes),
+        notes=(*notes, *(one.note for one in left_open)),
+        open_hypotheses=left_open,
+        allowed=allowed,
     )
+
+
+def _strongest(errors: Uncertainty) -> tuple[float, np.ndarray]:
+    """Drop of the sum of squares by the one hidden law that explains most, and how far it moves ψ."""
+    amount = np.asarray(errors.hidden)
+    drop = (amount / np.asarray(errors.hidden_error)) ** 2
+    best = int(np.argmax(drop))
+    return float(drop[best]), np.asarray(errors.hidden_shift)[:, best] * amount[best]
 
 
 def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:

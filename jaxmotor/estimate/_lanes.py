@@ -10,11 +10,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from jaxmotor.estimate._flexible_model import LogRows
+from jaxmotor.estimate._noise import Noise, estimated, rounding, unknown
 from jaxmotor.recording import Recording, Segment, at_duty
 
 LANES = 16
-FEWEST = 20
-"""Differences of values that make a grid."""
 
 
 class Lanes(NamedTuple):
@@ -49,13 +49,18 @@ class Observation:
     kind: Literal["turn", "speed", "window"]
     """Angle turned until the next row; speed at the row; mean speed over `window_s` before the row."""
     unit: float
-    """One unit of `Lanes.observed` in rad (turn) or rad/s: the encoder's count where that is known."""
+    """One unit of `Lanes.observed` in rad (turn) or rad/s: the encoder's count, or what makes `floor` the noise."""
     floor: float
     """Variance of one observation in units squared if the motor did exactly what the model says [1]."""
-    floor_known: bool
-    """The floor follows from the encoder; otherwise it was estimated from the data."""
+    noise: Noise
+    """Of one reading."""
     window_s: float = 0.0
     """Length of the window [s]."""
+
+    @property
+    def floor_known(self) -> bool:
+        """The floor follows from the encoder; otherwise it was estimated from the data."""
+        return self.noise.known
 
 
 @dataclasses.dataclass(frozen=True)
@@ -112,7 +117,7 @@ def pack(recording: Recording, segments: tuple[int, ...], room: Room | None = No
 
     `room` asks for one of few shapes.
     """
-    observation = _observation(recording, segments)
+    observation = _observation(recording)
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
     lane_of, start_of, length = _place([_size(piece) for piece in pieces], room.lanes if room else None)
     shape = (room.lanes, _rows(room, length)) if room else (max(lane_of) + 1, bucket(length))
@@ -142,7 +147,8 @@ def pack(recording: Recording, segments: tuple[int, ...], room: Room | None = No
         segment_of[cells] = piece.segment
         row_of[cells] = rows
         time_s[cells] = segment.time_s[piece.rows]
-    return Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
+    found = Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
+    return found if observation.floor_known else _in_noise(recording, found, segments)
 
 
 def _fill(lanes: Lanes, cells: tuple[int, slice], recording: Recording, piece: Piece, observation: Observation) -> None:
@@ -260,62 +266,47 @@ def _blocks(pieces: list[Piece]) -> tuple[dict[int, _Blocks], int]:
     return blocks, number
 
 
-def _observation(recording: Recording, segments: tuple[int, ...]) -> Observation:
+def _observation(recording: Recording) -> Observation:
+    """How `recording` was measured; one unit of a log without counts is 1 rad or 1 rad/s until its noise is known."""
     if recording.measured == "count":
         assert recording.counts_per_rev is not None
-        return Observation("turn", 2 * np.pi / recording.counts_per_rev, 1 / 6, True)
-    chosen = [recording.segments[index] for index in segments]
-    if recording.measured == "angle":
-        unit, _ = _common_resolution([s.angle_rad for s in chosen if s.angle_rad is not None])
-        return Observation("turn", unit, 1 / 6, False)
-    unit, grid = _common_resolution([s.speed_rad_s for s in chosen if s.speed_rad_s is not None])
+        return Observation("turn", 2 * np.pi / recording.counts_per_rev, 1 / 6, rounding(recording))
     window, period = recording.speed_window_s or 0.0, recording.period_s
-    if period is not None and abs(window - period) < 1e-6 * period:
-        # The mean over the previous tick is what a count difference is: neighbours share a rounding error.
-        return Observation("turn", unit * period * (1.0 if grid else np.sqrt(0.5)), 1 / 6, False, window)
-    return Observation("window" if window else "speed", unit, 1 / 12, False, window)
+    # The mean over the previous tick is what a count difference is: neighbours share a rounding error.
+    over_tick = period is not None and abs(window - period) < 1e-6 * period
+    if recording.measured == "angle" or over_tick:
+        return Observation("turn", 1.0, 1 / 6, unknown(recording), window if over_tick else 0.0)
+    return Observation("window" if window else "speed", 1.0, 1 / 12, unknown(recording), window)
 
 
-def _common_resolution(columns: list[np.ndarray]) -> tuple[float, bool]:
-    """`resolution` of the column that holds the middle row when columns are in its order.
-
-    Columns may come from several logs, each with its own digits; a constant one, a steady state, has none.
-    """
-    moving = [column for column in columns if np.ptp(column) > 0]
-    if not moving:
-        return resolution(columns)
-    own = sorted((*resolution([column]), len(column)) for column in moving)
-    rows = np.cumsum([size for _, _, size in own])
-    unit, grid, _ = own[int(np.searchsorted(rows, rows[-1] / 2))]
-    return unit, grid
-
-
-def resolution(columns: list[np.ndarray]) -> tuple[float, bool]:
-    """Step of the grid that all values lie on, and True; or, without a grid, √12 times the noise, and False.
-
-    Both in the columns' unit: in either case unit²/12 is the variance of one value's error. A grid of so many decimals
-    is that of the text, unless its values come again and again. The noise is read from sixth differences, which a
-    motion that is slow beside the sampling hardly contributes to: the median over segments of the median absolute one.
-    """
-    values = np.unique(np.concatenate(columns))
-    steps = np.diff(values)
-    span = values[-1] - values[0]
-    steps = steps[steps > 1e-9 * span]
-    if steps.size and span / steps.min() < 1e6:
-        step = float(steps.min())
-        step = span / np.round(span / step)
-        off = np.abs(steps / step - np.round(steps / step))
-        repeated = values.size < 0.5 * sum(map(len, columns))
-        if off.max() < 0.02 and (repeated or (len(steps) >= FEWEST and not _is_decimal(float(step)))):
-            return float(step), True
-    sixth = [np.median(np.abs(np.diff(column, 6))) for column in columns if len(column) > 12]
-    # 924 is the sum of the squared binomials of a sixth difference, 1.4826 turns a median into a standard deviation.
-    noise = 1.4826 * float(np.median(sixth)) / np.sqrt(924) if sixth else 0.0
-    return max(noise, 1e-9 * float(span), 1e-300) * np.sqrt(12), False
+def _in_noise(recording: Recording, packed: Packed, segments: tuple[int, ...]) -> Packed:
+    """`packed` in units in which the noise has the variance `Observation.floor`."""
+    observation = packed.observation
+    rows = _log_rows(packed)
+    noise = estimated(recording, segments, rows)
+    # A mean speed over a tick is taken as a turn.
+    per_level = float(np.median(rows.duration[rows.valid])) if rows.turn and recording.measured == "speed" else 1.0
+    unit = noise.level * per_level / np.sqrt(observation.floor)
+    lanes = packed.lanes._replace(observed=packed.lanes.observed / unit)
+    observation = dataclasses.replace(observation, unit=unit, noise=noise)
+    return dataclasses.replace(packed, lanes=lanes, observation=observation)
 
 
-def _is_decimal(step: float) -> bool:
-    """1, 2 or 5 of some decimal place, in SI, degrees or revolutions."""
-    units = np.array([step, np.degrees(step), step / (2 * np.pi)])
-    place = np.log10(units[:, None] / np.array([1.0, 2.0, 5.0]))
-    return bool((np.abs(place - np.round(place)) < 1e-3).any())
+def _log_rows(packed: Packed) -> LogRows:
+    """The rows of `packed` [1 rad or 1 rad/s], one piece after the other."""
+    lanes, turn = packed.lanes, packed.observation.kind == "turn"
+    duration = np.broadcast_to(lanes.duration, lanes.volts.shape)
+    used = packed.segment_of >= 0
+    speed = np.where(lanes.valid, lanes.observed / duration if turn else lanes.observed, 0.0)
+    return LogRows(
+        volts=lanes.volts[used],
+        reset=lanes.reset[used],
+        free=lanes.free[used],
+        duration=duration[used],
+        speed=speed[used],
+        valid=lanes.valid[used],
+        back=lanes.back[used],
+        part=lanes.part[used],
+        turn=turn,
+        window_s=packed.observation.window_s if packed.observation.kind == "window" else 0.0,
+    )

@@ -23,6 +23,8 @@ from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model_effects import effects_to_json, read_effects
 from jaxmotor.estimate._model_joint import Joint, joint_to_json, names_of, read_joint
 from jaxmotor.estimate._model_numbers import RANGES, covariance_of, in_range, is_number, numbers
+from jaxmotor.estimate._noise import noise_to_json
+from jaxmotor.estimate._open_hypotheses import open_to_json
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor, SecondOrder, linear_motor
 from jaxmotor.motor.effects import VoltageOffset
 
@@ -104,9 +106,11 @@ def to_json(fit: Fit) -> dict[str, Any]:
         "model": dict(zip(KEYS, values, strict=False)) | {"voltage_offset_V": fit.offset_V},
         "standard_error": dict(zip(KEYS, errors, strict=False)) | {"voltage_offset_V": fit.offset_standard_error_V},
         "covariance": fit.covariance.tolist(),
+        **open_to_json(fit.open_hypotheses, fit.allowed),
         "fit_percent": fit.fit_percent,
         "chi2_per_sample": fit.chi2_per_sample,
         "chi2_floor": "encoder" if fit.floor_known else "estimated",
+        "noise": noise_to_json(fit.noise),
         "scored_on": "the fitted segments",
         "fitted_segments": list(fit.fitted),
         "held_out_segments": list(fit.held_out),

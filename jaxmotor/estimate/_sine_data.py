@@ -4,7 +4,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from jaxmotor.estimate._lanes import bucket, resolution
+from jaxmotor.estimate._lanes import bucket
 from jaxmotor.recording import Recording, Segment, at_duty
 
 
@@ -20,6 +20,7 @@ class SineData(NamedTuple):
     measured: np.ndarray
     valid: np.ndarray
     unit: float
+    """Of the position [rad]: a count, or 1; a speed is in units per second."""
     period_s: float
     kind: Literal["position", "mean_speed", "speed"]
     window_s: float
@@ -44,7 +45,7 @@ def sine_data(recording: Recording, segments: tuple[int, ...]) -> SineData:
     assert chosen and period is not None
     kind, window = _kind(recording)
     runs = [recording.segments[index] for index in chosen]
-    unit = _unit(recording, runs)
+    unit = 2 * np.pi / (recording.counts_per_rev or 1.0) if recording.measured == "count" else 1.0
     shape = (len(chosen), bucket(max(map(len, runs))))
     time = np.broadcast_to(np.arange(shape[1]) * period, shape).copy()
     volts, measured, valid = np.zeros(shape), np.zeros(shape), np.zeros(shape, bool)
@@ -67,15 +68,6 @@ def _kind(recording: Recording) -> tuple[Literal["position", "mean_speed", "spee
         return "position", 0.0
     window, period = recording.speed_window_s or 0.0, recording.period_s or 0.0
     return ("mean_speed" if abs(window - period) < 1e-6 * period else "speed"), window
-
-
-def _unit(recording: Recording, runs: list[Segment]) -> float:
-    """One unit of the position [rad]; a speed is in units per second."""
-    if recording.counts_per_rev is not None and recording.measured == "count":
-        return 2 * np.pi / recording.counts_per_rev
-    columns = [run.angle_rad if run.angle_rad is not None else run.speed_rad_s for run in runs]
-    unit, _ = resolution([column for column in columns if column is not None])
-    return unit
 
 
 def _measured(recording: Recording, run: Segment, unit: float) -> np.ndarray:

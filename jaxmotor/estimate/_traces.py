@@ -9,6 +9,8 @@ from jaxmotor.estimate._lanes import Packed
 
 LEAST = 0.02
 """Of the mean rounding error: a floor is not taken to be lower."""
+AT_REST = 1e-6
+"""Units of a reading that are no motion."""
 
 
 def traces_of(packed: Packed, residual: np.ndarray) -> tuple[Trace, ...]:
@@ -71,11 +73,14 @@ def floors(packed: Packed, residual: np.ndarray) -> np.ndarray:
     """(lane, row) variance that each `residual` would have if the motor did exactly what the model says [units²].
 
     A turn of n + f counts, n whole and 0 <= f < 1, is seen as n or n + 1: with the variance f (1 - f), which is 1/6
-    in the mean over f, but 0 at rest and anything up to 1/4 at a constant speed.
+    in the mean over f, but 0 at rest and anything up to 1/4 at a constant speed. Where the noise was estimated, it is
+    that of rows that move; where the reading is at rest and the model within a unit of it there is none.
     """
     observation = packed.observation
+    observed = np.asarray(packed.lanes.observed)
+    turn = observed - residual
     if observation.kind != "turn" or not observation.floor_known:
-        return np.full(residual.shape, observation.floor)
-    turn = np.asarray(packed.lanes.observed) - residual
+        rests = (np.abs(observed) < AT_REST) & (np.abs(turn) < 1.0)
+        return np.where(rests, 0.0, observation.floor)
     part = turn - np.floor(turn)
     return part * (1 - part)

@@ -32,6 +32,11 @@ from jaxmotor.estimate._trajectory import (
 
 REDRAWS = 150
 """Random encoder offsets drawn for `requantised`."""
+HIDDEN = ("friction", "delay", "dead zone", "drag")
+"""What may hide behind gain, pole and offset: Coulomb friction [V], a delay [ticks], a dead zone [V], and drag with the
+square of the speed [V at the highest speed]. The first two are what `allowance` is of."""
+SMALLEST_REST = 1e-12
+"""Part of its square that is left of a column for certain: below it there are rounding errors."""
 LEAST_REST = 1e-3
 """Part of a missing effect's square that gain, pole and offset must leave over for it to be fitted."""
 
@@ -58,16 +63,23 @@ class Uncertainty(NamedTuple):
     pole_share: Float[Array, ""]
     """Part of the motion (root mean square) that a pole e times as large would change, with gain and offset at their
     best [1]."""
+    hidden: Float[Array, " h"]
+    """Amount of each of `HIDDEN`, alone beside the motor, that fits best."""
+    hidden_error: Float[Array, " h"]
+    """Its standard error."""
+    hidden_shift: Float[Array, "p h"]
+    """By how much ψ moves for one unit of it."""
 
 
 def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Uncertainty:
     """All four, from the linearisation at `solution`; nothing is fitted again."""
     size = solution.psi.shape[0]
-    extra = _missing(solution, problem)
+    extra = _hidden(solution, problem)
     columns = jnp.concatenate([solution.residual[..., None], solution.jacobian, extra], axis=-1)
     starts = start_columns(solution.psi, problem)
     white, _, _ = whitened(columns, starts, 10**solution.log10_q, problem)
-    error, jacobian, extra = white[..., 0], white[..., 1 : 1 + size], white[..., 1 + size :]
+    error, jacobian, hidden = white[..., 0], white[..., 1 : 1 + size], white[..., 1 + size :]
+    extra = hidden[..., :2]
     count = jnp.asarray(problem.lanes.valid).sum().astype(error.dtype)
     normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
     inverse = solve_normal(normal, jnp.eye(size, dtype=normal.dtype))
@@ -77,6 +89,7 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
     clustered, freedom, clusters = _clustered(error, jacobian, normal, inverse, problem)
     requantised = inverse * variance
     chi2 = (solution.residual**2).sum() / count / problem.floor
+    open_to, hidden_error = _open(error, jacobian, hidden, normal)
     held, own = _against(jacobian, extra, normal)
     amount, evidence = _amount(extra, error, own)
     evidence = evidence / variance
@@ -84,7 +97,8 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
         requantised, by_rounding = _requantised(
             jacobian, extra, starts, inverse, held, own, solution, problem, chi2, key
         )
-        evidence = evidence / jnp.maximum(by_rounding / extra.shape[-1], 1.0)
+        repeats = jnp.maximum(by_rounding / extra.shape[-1], 1.0)
+        evidence, hidden_error = evidence / repeats, hidden_error * jnp.sqrt(repeats)
     return Uncertainty(
         model=inverse * variance,
         clustered=clustered,
@@ -96,6 +110,8 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
         log10_q=solution.log10_q,
         chi2=chi2,
         pole_share=_pole_share(solution, problem),
+        hidden_error=hidden_error * jnp.sqrt(variance),
+        **open_to,
     )
 
 
@@ -107,18 +123,33 @@ def _pole_share(solution: Solution, problem: Problem) -> Float[Array, ""]:
     return jnp.sqrt((rest**2).sum() / (observed**2).sum())
 
 
-def _missing(solution: Solution, problem: Problem) -> Float[Array, "lane row c"]:
-    """What one volt of Coulomb friction, and one tick of delay, add to the prediction [units]."""
+def _hidden(solution: Solution, problem: Problem) -> Float[Array, "lane row h"]:
+    """What one unit of each of `HIDDEN` adds to the prediction [units]."""
     motor = motor_of(solution.psi)
     lanes = problem.lanes
     reset, volts = jnp.asarray(lanes.reset), jnp.asarray(lanes.volts)
     at_rest = jnp.zeros_like(volts)
     turning = predict(solution.psi, solution.initial_speed, problem)
     # A turn of less than a quarter count says nothing about the direction.
-    friction = -jnp.sign(jnp.where(jnp.abs(turning) > 0.25, turning, 0.0))
+    turning = jnp.where(jnp.abs(turning) > 0.25, turning, 0.0)
     before = jnp.where(reset, 0.0, jnp.pad(volts[:, :-1], ((0, 0), (1, 0))))
-    both = [observe(motor, problem, drive, at_rest) for drive in (friction, before - volts)]
+    drag = -turning * jnp.abs(turning) / jnp.maximum((turning**2).max(), 1e-30)
+    drives = (-jnp.sign(turning), before - volts, -jnp.sign(volts), drag)
+    both = [observe(motor, problem, drive, at_rest) for drive in drives]
     return jnp.where(jnp.asarray(lanes.valid)[..., None], jnp.stack(both, axis=-1), 0.0)
+
+
+def _open(error, jacobian, hidden, normal) -> tuple[dict[str, Array], Float[Array, " h"]]:
+    """The fields of `Uncertainty` about `HIDDEN`, and the errors of the amounts if those of the whitened rows are of
+    size one. Where gain, pole and offset can do all that one of them does, the error of its amount is huge."""
+    across = jnp.einsum("lrp,lrh->ph", jacobian, hidden)
+    held = solve_normal(normal, across)
+    whole = jnp.einsum("lrh,lrh->h", hidden, hidden)
+    rest = hidden - jnp.einsum("lrp,ph->lrh", jacobian, held)
+    own = jnp.maximum(jnp.einsum("lrh,lrh->h", rest, rest), SMALLEST_REST * whole)
+    own = jnp.where(own > 0, own, 1.0)
+    amount = jnp.einsum("lrh,lr->h", rest, error) / own
+    return {"hidden": amount, "hidden_shift": -held}, 1 / jnp.sqrt(own)
 
 
 def _clustered(error, jacobian, normal, inverse, problem: Problem):

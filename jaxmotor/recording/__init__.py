@@ -13,6 +13,8 @@ from jaxmotor.recording._header import OWN_KEYS as OWN_KEYS
 from jaxmotor.recording._header import Header as Header
 from jaxmotor.recording._join import join as join
 from jaxmotor.recording._jumps import check_jumps as check_jumps
+from jaxmotor.recording._log_unit import LogUnit as LogUnit
+from jaxmotor.recording._log_unit import log_unit as log_unit
 from jaxmotor.recording._ranges import ranges as ranges
 from jaxmotor.recording._read import read as read
 from jaxmotor.recording._recording import KINDS as KINDS

@@ -11,6 +11,7 @@ from jaxmotor.words._findings import floor as floor
 from jaxmotor.words._findings import looks_like as looks_like
 from jaxmotor.words._findings import loop_of as loop_of
 from jaxmotor.words._findings import may_be as may_be
+from jaxmotor.words._findings import noise_words as noise_words
 from jaxmotor.words._findings import nothing_left as nothing_left
 from jaxmotor.words._findings import of_rounding as of_rounding
 from jaxmotor.words._findings import seen_in as seen_in

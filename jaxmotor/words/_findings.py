@@ -4,12 +4,24 @@ import math
 from collections.abc import Callable
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
+from jaxmotor.estimate import Noise
 from jaxmotor.motor import EFFECTS
 
 
 def floor(known: bool) -> str:
     """What a chi2 per sample of 1 stands for, by whether the floor was known beforehand."""
-    return "the encoder's rounding" if known else "the noise, estimated from the data"
+    return "the encoder's rounding" if known else "the residual of the best flexible model of this log"
+
+
+def noise_words(noise: Noise) -> str:
+    """The noise of one reading in the log's unit."""
+    if noise.known:
+        return f"rounding to whole {noise.unit.name}"
+    unit = noise.unit.name
+    what = "" if noise.measured == "speed" else " on the turn from row to row"
+    step = "" if noise.step is None else f"; readings come in steps of {noise.step / noise.unit.si:.4g} {unit}"
+    level, new = noise.level / noise.unit.si, noise.row_to_row / noise.unit.si
+    return f"{level:.3g} {unit}{what}, of which {new:.3g} {unit} is new in each row{step}"
 
 
 def of_rounding(missing: MissingVolts) -> str:

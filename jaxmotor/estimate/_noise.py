@@ -1,0 +1,170 @@
+"""The noise of one reading: known of counts, estimated of angles and speeds. Numpy only.
+
+Of counts it is the rounding. Of other logs it is what the voltages do not explain (`_flexible_model`), never less than
+the step of the readings, where they have one. It may be coloured. What of it is new in each row comes from an
+autoregression e_k = Σ a_i e_{k-i} + w_k, of the order that BIC asks for; its spectrum at zero over its variance,
+σ_w² / (1 - Σ a_i)² / σ², says how many rows together are worth one independent reading.
+"""
+
+import dataclasses
+from typing import Any, Literal
+
+import numpy as np
+
+from jaxmotor.estimate._flexible_model import LogRows, flexible_model
+from jaxmotor.recording import LogUnit, Recording, log_unit
+
+FEWEST = 20
+"""Differences of values that make a grid."""
+FEWEST_REPEATED = 8
+"""The same where the values come again."""
+ORDER = 20
+"""Highest order of the autoregression."""
+MOST_ROWS = 1000.0
+"""Rows that one independent reading may take: more cannot be told from a drift."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Noise:
+    """The error of one reading. Angles and counts are read as the turn from one row to the next."""
+
+    measured: Literal["count", "angle", "speed"]
+    level: float
+    """Standard deviation on rows that move [rad, or rad/s of speeds]."""
+    row_to_row: float
+    """Part of it that is new in each row [as `level`]."""
+    rows_per_reading: float
+    """Rows that together are worth one independent reading; 1 of white noise, less where neighbours' errors cancel."""
+    step: float | None
+    """Step of the grid that the readings lie on [as `level`]; None where there is none."""
+    known: bool
+    """It follows from the encoder; otherwise it was estimated."""
+    unit: LogUnit
+    """Of the log."""
+
+
+def rounding(recording: Recording) -> Noise:
+    """Of counts: a difference of two has the mean variance 1/6."""
+    unit = log_unit(recording)
+    spread = float(unit.si / np.sqrt(6))
+    return Noise("count", spread, spread, 0.0, unit.si, True, unit)
+
+
+def unknown(recording: Recording) -> Noise:
+    """Before the rows have been seen."""
+    return Noise(recording.measured, np.nan, np.nan, np.nan, None, False, log_unit(recording))
+
+
+def estimated(recording: Recording, segments: tuple[int, ...], rows: LogRows) -> Noise:
+    """Of the `segments` of a log of angles or speeds, all of whose speeds are `rows`."""
+    is_angle = recording.measured == "angle"
+    chosen = [recording.segments[index] for index in segments]
+    columns = [segment.angle_rad if is_angle else segment.speed_rad_s for segment in chosen]
+    per_row = float(np.median(rows.duration[rows.valid])) if is_angle else 1.0
+    step = common_step([column for column in columns if column is not None])
+    flexible = flexible_model(rows)
+    innovation, ratio = _colour(rows, flexible.residual)
+    # A difference of two rounded readings has twice the variance of one.
+    differences = 6 if rows.turn else 12
+    least = max(1e-9 * float(np.ptp(rows.speed[rows.valid], axis=0)), 1e-300)
+    level = max(flexible.level, least)
+    if step is not None:
+        level = max(level, step / per_row / np.sqrt(differences))
+    new = min(max(innovation, least), level)
+    return Noise(recording.measured, level * per_row, new * per_row, ratio, step, False, log_unit(recording))
+
+
+def noise_to_json(noise: Noise) -> dict[str, Any]:
+    """`noise` in the log's unit, and its level in SI."""
+    si = "rad_s" if noise.measured == "speed" else "rad"
+    of_log = {name: getattr(noise, name) for name in ("level", "row_to_row", "step")}
+    return {
+        "of": "each speed" if noise.measured == "speed" else "the turn from row to row",
+        "known": noise.known,
+        "unit": noise.unit.name,
+        **{name: None if value is None else value / noise.unit.si for name, value in of_log.items()},
+        "rows_per_reading": noise.rows_per_reading,
+        f"level_{si}": noise.level,
+    }
+
+
+def common_step(columns: list[np.ndarray]) -> float | None:
+    """`grid_step` of the column that holds the middle row when columns are in its order.
+
+    Columns may come from several logs, each with its own digits; a constant one, a steady state, has none.
+    """
+    own = sorted((grid_step(column) or 0.0, len(column)) for column in columns if np.ptp(column) > 0)
+    if not own:
+        return None
+    rows = np.cumsum([size for _, size in own])
+    return own[int(np.searchsorted(rows, rows[-1] / 2))][0] or None
+
+
+def grid_step(values: np.ndarray) -> float | None:
+    """Step of the grid that all `values` lie on, in their unit; None where they lie on none.
+
+    A grid of so many decimals is that of the text, unless its values come again and again.
+    """
+    distinct = np.unique(values)
+    away = distinct - distinct[0]
+    steps = np.diff(distinct)
+    # Equal numbers may be written with other last digits.
+    steps = steps[steps > 1e-6 * away[-1]]
+    if len(steps) < FEWEST_REPEATED:
+        return None
+    repeated = distinct.size < 0.5 * values.size
+    for first in np.quantile(steps, [0.0, 0.02, 0.1, 0.25, 0.5], method="lower"):
+        step = _refined(float(first), away)
+        off = np.abs(away / step - np.round(away / step))
+        # Values that lie on no grid are off by a quarter in the mean.
+        if np.quantile(off, 0.99) < 0.2 and off.mean() < 0.06:
+            return step if repeated or (len(steps) >= FEWEST and not _is_decimal(step)) else None
+    return None
+
+
+def _refined(step: float, away: np.ndarray) -> float:
+    """`step` by least squares from values ever farther `away`, so that no multiple is miscounted."""
+    reach = 3 * step
+    while True:
+        near = away[away <= reach]
+        multiple = np.round(near / step)
+        square = float(multiple @ multiple)
+        step = float(multiple @ near) / square if square else step
+        if reach >= away[-1]:
+            return step
+        reach *= 2
+
+
+def _is_decimal(step: float) -> bool:
+    """1, 2 or 5 of some decimal place, in SI, degrees or revolutions."""
+    units = np.array([step, np.degrees(step), step / (2 * np.pi)])
+    place = np.log10(units[:, None] / np.array([1.0, 2.0, 5.0]))
+    return bool((np.abs(place - np.round(place)) < 1e-3).any())
+
+
+def _colour(rows: LogRows, residual: np.ndarray) -> tuple[float, float]:
+    """Standard deviation of what is new in each row, in the unit of `residual`, and the rows per reading."""
+    counts = rows.counts
+    most = min(ORDER, int(counts.sum()) // 10)
+    if most < 1:
+        return float(np.sqrt((residual[counts] ** 2).mean())) if counts.any() else 0.0, 1.0
+    number = np.arange(len(residual))
+    begin = np.flatnonzero(rows.reset)[rows.piece]
+    full = counts & (number - begin >= most)
+    if full.sum() < 4 * most:
+        return float(np.sqrt((residual[counts] ** 2).mean())), 1.0
+    past = np.stack([residual[np.maximum(number - lag, 0)] for lag in range(most + 1)], axis=1)[full]
+    gram = past.T @ past
+    size = int(full.sum())
+    best = (np.inf, 0.0, 1.0)
+    for order in range(most + 1):
+        chosen = np.arange(1, order + 1)
+        normal = gram[np.ix_(chosen, chosen)] + 1e-12 * np.trace(gram) * np.eye(order)
+        weights = np.linalg.solve(normal, gram[chosen, 0])
+        variance = max(float(gram[0, 0] - weights @ gram[chosen, 0]), 1e-300) / (size - order)
+        cost = size * np.log(variance) + order * np.log(size)
+        if cost < best[0]:
+            whole = max(float(gram[0, 0]) / size, 1e-300)
+            ratio = min(variance / max((1 - weights.sum()) ** 2, 1e-12) / whole, MOST_ROWS)
+            best = (cost, float(np.sqrt(variance)), float(ratio))
+    return best[1], best[2]

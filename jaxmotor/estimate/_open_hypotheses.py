@@ -1,0 +1,129 @@
+"""What the input leaves open: laws that gain, pole and offset can imitate, and the motors there would be with them.
+
+Beside the motor, each law of `HIDDEN` is let in alone, to first order. Its amount is known to a standard error; where
+the motor can do nearly all that the law does, that error is huge, and only what a motor can have bounds the amount.
+Friction and a dead zone take their volts off the voltage: with a shift h = d log K/dv the gain is K/(1 - h v), which is
+exact for steps of one height 1/h. The others move log K and log a in proportion.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from jaxmotor.estimate._lanes import Packed
+from jaxmotor.estimate._trajectory import Solution
+from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
+
+LIKELY = 2.0
+"""Standard errors by which an amount may be off."""
+MATTERS = 5.0
+"""Standard errors of gain or pole that the amounts left open must span to be worth a word."""
+LEAST_SHARE = 0.01
+"""Part of gain or pole that they must span for that, too."""
+MOST_OF_VOLTAGE = 0.6
+"""Part of the voltage that friction, a dead zone or drag takes at most of a motor that turns."""
+MOST_TICKS = 2.0
+DECIDE = {
+    "friction": "add steps of a second height",
+    "dead zone": "add steps of a second height",
+    "drag": "add steps of other heights",
+    "delay": "add fast changes of the voltage",
+}
+PHRASES = {
+    "friction": "Coulomb friction",
+    "dead zone": "a dead zone",
+    "drag": "drag that grows with the square of the speed",
+    "delay": "a delay",
+}
+UNITS = {"friction": "V", "dead zone": "V", "drag": "V at the highest speed", "delay": "ticks"}
+
+
+class OpenHypothesis(NamedTuple):
+    """A law that the recording can neither show nor exclude."""
+
+    name: str
+    largest: float
+    """The amount up to which it may be there [`UNITS`]."""
+    gain: float
+    """Of the motor if it is there with that [rad/s/V]."""
+    pole: float
+    """The same [rad/s]."""
+
+    @property
+    def note(self) -> str:
+        """What is open, what it would move, and the experiment that decides."""
+        return (
+            f"this input does not show whether there is {PHRASES[self.name]}: with up to {self.largest:.2g} "
+            f"{UNITS[self.name]} of it the gain would be up to {self.gain:.4g} rad/s/V and the pole {self.pole:.4g} "
+            f"rad/s; to decide, {DECIDE[self.name]}"
+        )
+
+
+class Allowed(NamedTuple):
+    """95 % intervals that span the motors with each of the laws that the recording does not exclude."""
+
+    gain: tuple[float, float]
+    """Lowest and highest [rad/s/V]."""
+    pole: tuple[float, float]
+    """The same [rad/s]."""
+
+
+def open_hypotheses(
+    packed: Packed, solution: Solution, errors: Uncertainty, half: np.ndarray
+) -> tuple[tuple[OpenHypothesis, ...], Allowed]:
+    """What is open, and the intervals that allow for it; (2,) `half` are those of gain and pole by themselves."""
+    psi = np.asarray(solution.psi)
+    motor = np.array([psi[0], np.exp(psi[2])])
+    corners, found = [motor - half, motor + half], []
+    colour = 1.0 if packed.observation.noise.known else max(packed.observation.noise.rows_per_reading, 1.0)
+    # What the motor leaves beyond the noise is no chance: it biases an amount taken to first order.
+    wider = np.sqrt(colour) * max(float(errors.chi2), 1.0)
+    for number, name in enumerate(HIDDEN):
+        amount, error = float(errors.hidden[number]), float(errors.hidden_error[number]) * wider
+        low = max(amount - LIKELY * error, 0.0)
+        high = min(amount + LIKELY * error, _most(packed, name))
+        if not high > low:
+            continue
+        shift = np.asarray(errors.hidden_shift)[[0, 2], number] / np.array([psi[0], 1.0])
+        with_it = _with(motor, shift, high, name)
+        corners += [with_it - half, with_it + half]
+        worth = np.maximum(MATTERS / 1.96 * half, LEAST_SHARE * np.abs(motor))
+        if (np.abs(with_it - _with(motor, shift, low, name)) > worth).any():
+            found.append(OpenHypothesis(name, high, float(with_it[0]), float(with_it[1])))
+    lowest, highest = np.min(corners, axis=0), np.max(corners, axis=0)
+    ends = [(float(low), float(high)) for low, high in zip(lowest, highest, strict=True)]
+    return tuple(found), Allowed(*ends)
+
+
+def _with(motor: np.ndarray, shift: np.ndarray, amount: float, name: str) -> np.ndarray:
+    """Gain and pole with `amount` of the law; (2,) `shift` are those of their logarithms for one unit."""
+    moved = np.exp(np.clip(shift * amount, -3.0, 3.0))
+    if name in ("friction", "dead zone") and 0 < shift[0] * amount < 1:
+        moved[0] = 1 / (1 - shift[0] * amount)
+    return motor * moved
+
+
+def _most(packed: Packed, name: str) -> float:
+    """The largest amount that a motor which turns under these voltages can have."""
+    if name == "delay":
+        return MOST_TICKS
+    volts, observed = np.abs(packed.lanes.volts), np.abs(packed.lanes.observed)
+    turning = packed.lanes.valid & (observed > 0.1 * observed[packed.lanes.valid].max(initial=0.0)) & (volts > 0)
+    return MOST_OF_VOLTAGE * float(np.median(volts[turning])) if turning.any() else 0.0
+
+
+def open_to_json(found: tuple[OpenHypothesis, ...], allowed: Allowed | None) -> dict[str, Any]:
+    """The fields of a model file."""
+    listed = [
+        {
+            "name": one.name,
+            "largest": one.largest,
+            "unit": UNITS[one.name],
+            "gain_rad_s_V": one.gain,
+            "pole_rad_s": one.pole,
+            "decide": DECIDE[one.name],
+        }
+        for one in found
+    ]
+    intervals = None if allowed is None else {"gain_rad_s_V": list(allowed.gain), "pole_rad_s": list(allowed.pole)}
+    return {"open_hypotheses": listed, "interval_with_open_hypotheses": intervals}

@@ -1,0 +1,30 @@
+"""The unit in which the shaft was logged, for messages."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from jaxmotor.recording._recording import Recording, RecordingError
+from jaxmotor.recording._units import Scale, angle_factor, speed_factor
+
+
+class LogUnit(NamedTuple):
+    """A unit of the shaft's angle or speed."""
+
+    name: str
+    si: float
+    """One of it [rad or rad/s]."""
+
+
+def log_unit(recording: Recording) -> LogUnit:
+    """The unit of the log that `recording` was imported from; counts, rad or rad/s where it was not."""
+    if recording.measured == "count":
+        return LogUnit("counts", 2 * math.pi / (recording.counts_per_rev or 1.0))
+    imported = recording.header.get("imported")
+    stated = imported.get(recording.measured) if isinstance(imported, Mapping) else None
+    name = str(stated).rpartition(":")[2]
+    factor = angle_factor if recording.measured == "angle" else speed_factor
+    try:
+        return LogUnit(name, factor(name, Scale(recording.counts_per_rev)))
+    except RecordingError:
+        return LogUnit("rad" if recording.measured == "angle" else "rad/s", 1.0)

@@ -1,0 +1,58 @@
+"""What the input cannot tell apart is said, and spanned by intervals of its own."""
+
+import numpy as np
+import pytest
+from open_hypotheses import INPUTS, LAWS, case, errors, result
+
+from jaxmotor.estimate import identify, to_json
+from jaxmotor.recording import bundled
+
+STEPS, PRBS, ONE_WAY = INPUTS
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("given", INPUTS)
+def test_the_truth_is_inside_what_is_left_open(given, law):
+    found = [one for one in (result(given, law, [11, seed]) for seed in range(3)) if one is not None]
+    assert len(found) >= 2
+    assert sum(one.allowed for one in found) >= len(found) - (law == "drag")
+    assert all(one.told for one in found if one.z > 5)
+
+
+@pytest.mark.parametrize("law", ["friction", "dead zone"])
+def test_steps_of_one_height_leave_friction_open(law):
+    made = case(np.random.default_rng(4), STEPS, law)
+    fit = identify(made.recording)
+    assert np.abs(errors(fit, made)).max() > 5 and fit.chi2_per_sample < 1.1
+    assert {"friction", "dead zone"} <= {one.name for one in fit.open_hypotheses}
+    assert sum("add steps of a second height" in note for note in fit.notes) == 2
+    content = to_json(fit)
+    low, high = content["interval_with_open_hypotheses"]["gain_rad_s_V"]
+    assert low < made.gain < high
+    assert content["standard_error"]["gain_rad_s_V"] < 0.01 * (high - low)
+    assert content["open_hypotheses"][0]["unit"] == "V"
+
+
+def test_the_gain_under_friction_is_that_of_the_voltage_that_is_left():
+    """With friction f, steps of height A turn the motor like one whose gain is K (1 - f/A)."""
+    made = case(np.random.default_rng(5), STEPS, "nothing")
+    height = float(np.abs(made.recording.segments[0].volts).max())
+    [friction] = [one for one in identify(made.recording).open_hypotheses if one.name == "friction"]
+    assert friction.gain == pytest.approx(made.gain / (1 - friction.largest / height), rel=0.01)
+
+
+def test_a_prbs_of_one_amplitude_shows_friction_but_no_dead_zone():
+    made = case(np.random.default_rng(6), PRBS, "nothing")
+    assert {one.name for one in identify(made.recording).open_hypotheses} == {"dead zone"}
+
+
+def test_one_direction_leaves_the_gain_alone():
+    """Friction is an offset there: levels of different height tell the gain."""
+    made = case(np.random.default_rng(7), ONE_WAY, "friction")
+    fit = identify(made.recording)
+    assert not fit.open_hypotheses and np.abs(errors(fit, made)).max() < 5
+
+
+@pytest.mark.parametrize("name", ["linear", "paper", "full"])
+def test_what_the_recording_decides_is_not_open(name):
+    assert not identify(bundled(name)).open_hypotheses
