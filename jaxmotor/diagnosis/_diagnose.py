@@ -71,7 +71,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         motor=found.fitted.motor,
         standard_error=linear_errors(found.fitted, with_twins(found.fitted, spread, list(twins.values()))),
         covariance=linear_covariance(found.fitted, spread),
-        joint=joint_covariance(found.fitted, spread, rig_of(recording, study.trial)),
+        joint=joint_covariance(found.fitted, spread, rig_of(study.trial)),
         effects=effects,
         verdict=verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
@@ -104,7 +104,7 @@ def _search(study: Study, first: Motor, linear: Fitted, found: tuple[Look, ...])
     """For effects; none where something outside the motor moves it, which several effects would seem to explain."""
     if any(look.outside and look.share > OUTSIDE for look in found):
         return None
-    rig = rig_of(study.recording, study.trial)
+    rig = rig_of(study.trial)
     return Search(study.solver, first, linear, secants(study.solver, linear, rig))
 
 
@@ -124,7 +124,7 @@ def _verdict(found: Found, first: tuple[Look, ...], left: MissingVolts, left_loo
 
 
 def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> tuple[FoundEffect, ...]:
-    rig = rig_of(study.recording, study.trial)
+    rig = rig_of(study.trial)
     errors = effect_errors(found.fitted, spread, rig)
     effects = []
     rivals = _rivals(held, found)

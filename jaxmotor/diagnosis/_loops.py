@@ -10,8 +10,8 @@ from jaxmotor.diagnosis._free import motors_at
 from jaxmotor.diagnosis._search import FINE, Found
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._study import Study
-from jaxmotor.diagnosis._trial import supply_of
 from jaxmotor.motor import Motor
+from jaxmotor.prediction import supply_of
 from jaxmotor.validation import LoopOfMotors, controller_of, loop_of_motors
 
 MOST = 4

@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._trial import Trial, trial_of
-from jaxmotor.estimate import ROOMY, Packed, pack, without_beginnings
+from jaxmotor.prediction import ROOMY, Packed, pack, without_beginnings
 from jaxmotor.recording import Recording
 
 

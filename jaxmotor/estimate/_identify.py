@@ -13,15 +13,15 @@ from jaxmotor.estimate._fingerprint import fingerprint
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._judge import EVIDENCE, Judgement, judge
-from jaxmotor.estimate._lanes import Packed, pack
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
 from jaxmotor.estimate._sine_fit import Sines
 from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
-from jaxmotor.estimate._trajectory import MAX_STEPS, Problem, Solution
+from jaxmotor.estimate._trajectory import MAX_STEPS, Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
 from jaxmotor.motor import FirstOrder
+from jaxmotor.prediction import Packed, Problem, as_problem, pack
 from jaxmotor.recording import Recording, check
 
 UNSETTLED = "the fit to the frequency response did not settle; gain and pole come from the whole recording"
@@ -139,21 +139,6 @@ def prepare(recording: Recording, hold_out: Iterable[int] = ()) -> Prepared:
     held_out = tuple(sorted(set(hold_out)))
     fitted = _fitted(recording, held_out)
     return Prepared(recording, fitted, held_out, pack(recording, fitted), notes)
-
-
-def as_problem(packed: Packed) -> Problem:
-    """`packed` with what the solver needs to know of it."""
-    observation, lanes = packed.observation, packed.lanes
-    return Problem(
-        lanes,
-        to_jax(observation.unit),
-        to_jax(observation.window_s),
-        observation.kind,
-        observation.floor_known,
-        packed.pieces,
-        packed.clusters,
-        bool(lanes.free.any()),
-    )
 
 
 def as_sines(data: SineData) -> Sines:

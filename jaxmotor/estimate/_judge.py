@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.estimate._lanes import Packed
 from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
 from jaxmotor.motor import AbstractLinearMotor, linear_motor
+from jaxmotor.prediction import Packed
 from jaxmotor.recording import Recording
 
 QUIET_LOG10_Q = -4.0

@@ -19,16 +19,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Key
 
-from jaxmotor.estimate._trajectory import (
-    Problem,
-    Solution,
-    motor_of,
-    observe,
-    predict,
-    solve_normal,
-    start_columns,
-    whitened,
-)
+from jaxmotor.estimate._trajectory import Solution, solve_normal, whitened
+from jaxmotor.prediction import Problem, motor_of, observe, predict, start_columns
 
 REDRAWS = 150
 """Random encoder offsets drawn for `requantised`."""

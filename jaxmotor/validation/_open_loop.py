@@ -3,18 +3,8 @@
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmotor.estimate import (
-    Model,
-    Packed,
-    Trace,
-    as_problem,
-    chi2_per_sample,
-    fit_percent,
-    pack,
-    pieces_of,
-    traces_of,
-    without_beginnings,
-)
+from jaxmotor.estimate import Model, Trace, chi2_per_sample, fit_percent, traces_of
+from jaxmotor.prediction import Packed, as_problem, pack, pieces_of, without_beginnings
 from jaxmotor.recording import Recording
 from jaxmotor.validation._draws import psi_of
 from jaxmotor.validation._effects_open import follow_with_effects

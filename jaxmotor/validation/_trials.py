@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, Key
 
-from jaxmotor.estimate import Packed, Problem, as_problem, bucket, pack, predict
+from jaxmotor.prediction import Packed, Problem, as_problem, bucket, pack, predict
 from jaxmotor.recording import Recording, Segment, lost_ticks
 from jaxmotor.validation._draws import draw_psi
 from jaxmotor.validation._follow import follow

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jaxmotor.estimate._lanes import resolution
+from jaxmotor.prediction import resolution
 
 COUNT = 2 * np.pi / 1200
 
