@@ -1,7 +1,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-BENCHMARKS := startup efficiency real_data delay blind limits diagnosis_speed exported_loop estimator \
+BENCHMARKS := startup efficiency timing real_data delay blind limits diagnosis_speed exported_loop estimator \
   peers fleet_sines fleet_simulation fleet_scaling fleet_outliers fleet_kills
 
 TOOLCHAIN := gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev

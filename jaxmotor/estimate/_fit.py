@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
+from jaxmotor.estimate._timing import Timing
 from jaxmotor.motor import AbstractLinearMotor
 
 
@@ -55,6 +56,8 @@ class Fit:
     """Where there are sines of two frequencies or more."""
     notes: tuple[str, ...]
     """Sentences that a user should read."""
+    timing: Timing | None = None
+    """The log's own, where the header does not state it and the data show one."""
 
     def __repr__(self) -> str:
         gain, pole = float(self.motor.gain), float(self.motor.pole)

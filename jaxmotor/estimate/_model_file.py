@@ -108,6 +108,7 @@ def to_json(fit: Fit) -> dict[str, Any]:
         "held_out_segments": list(fit.held_out),
         "fitted_fingerprints": list(fit.fingerprints),
         "period_s": fit.period_s,
+        "timing": None if fit.timing is None else dataclasses.asdict(fit.timing),
         "frequency_response": None if fit.frequency_response is None else _response(fit.frequency_response),
         "notes": list(fit.notes),
     }

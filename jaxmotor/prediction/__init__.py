@@ -6,6 +6,8 @@ from jaxmotor.prediction._initial_state import SPEED_STEP as SPEED_STEP
 from jaxmotor.prediction._initial_state import fit_initial_speeds as fit_initial_speeds
 from jaxmotor.prediction._initial_state import without_beginnings as without_beginnings
 from jaxmotor.prediction._initial_state import without_initial_speeds as without_initial_speeds
+from jaxmotor.prediction._linear import LAG_S as LAG_S
+from jaxmotor.prediction._linear import late_of as late_of
 from jaxmotor.prediction._linear import motor_of as motor_of
 from jaxmotor.prediction._linear import observe as observe
 from jaxmotor.prediction._linear import predict as predict

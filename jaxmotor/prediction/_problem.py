@@ -4,6 +4,7 @@ from typing import Literal
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from jaxmotor._precision import to_jax
@@ -22,6 +23,8 @@ class Problem(eqx.Module):
     clusters: int = eqx.field(static=True)
     free: bool = eqx.field(static=True)
     """Some piece begins at an unknown speed."""
+    row: Float[Array, ""] | None = None
+    """Typical duration of a row [s], in which ψ holds the timing offset; None where the log's timing is known."""
 
     @property
     def floor(self) -> float:
@@ -41,8 +44,8 @@ class Problem(eqx.Module):
         return jnp.asarray(lanes.reset) | ~before
 
 
-def as_problem(packed: Packed) -> Problem:
-    """`packed` with what the solver needs to know of it."""
+def as_problem(packed: Packed, timed: bool = False) -> Problem:
+    """`packed` with what the solver needs to know of it; with `timed` its timing offset is unknown."""
     observation, lanes = packed.observation, packed.lanes
     return Problem(
         lanes,
@@ -53,4 +56,5 @@ def as_problem(packed: Packed) -> Problem:
         packed.pieces,
         packed.clusters,
         bool(lanes.free.any()),
+        to_jax(np.float64(packed.durations[0])) if timed else None,
     )
