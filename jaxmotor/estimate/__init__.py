@@ -39,6 +39,7 @@ from jaxmotor.estimate._sine_fit import fit_sines as fit_sines
 from jaxmotor.estimate._sine_fit import linear_start as linear_start
 from jaxmotor.estimate._start import data_start as data_start
 from jaxmotor.estimate._start import pole_range as pole_range
+from jaxmotor.estimate._timing import MOST_ROWS as MOST_ROWS
 from jaxmotor.estimate._timing import Timing as Timing
 from jaxmotor.estimate._traces import angle_fit_percent as angle_fit_percent
 from jaxmotor.estimate._traces import chi2_per_sample as chi2_per_sample

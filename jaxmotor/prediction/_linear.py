@@ -1,8 +1,8 @@
 """What a log would hold of a linear motor, exactly.
 
 ψ = (K, b, log a [, log τ]): gain [rad/s/V], speed of a constant voltage error [rad/s], pole [rad/s], electrical time
-constant [s]. Where the log's timing is not known (`Problem.row`) it is (K, b, log a, offset): by how much a row was
-read after its voltage changed, in rows. Readings that are late see the voltages early.
+constant [s]. Where the log's timing is not known (`Problem.row`) its end is the offset: by how much a row was read
+after its voltage changed, in rows. Readings that are late see the voltages early.
 """
 
 import jax
@@ -26,11 +26,11 @@ LAG_S = (60e-6, 40e-6)
 
 
 def motor_of(psi: Float[Array, " p"], problem: Problem | None = None) -> AbstractLinearMotor:
-    """The motor at ψ; beside a timing offset it has the usual electrical time constant."""
-    gain, pole = psi[0], jnp.exp(psi[2])
-    if problem is not None and problem.row is not None:
-        return SecondOrder(gain, pole, jnp.full_like(pole, LAG_S[0]))
-    return FirstOrder(gain, pole) if len(psi) == 3 else SecondOrder(gain, pole, jnp.exp(psi[3]))
+    """The motor at ψ; beside a timing offset one of first order has the usual electrical time constant, too."""
+    gain, pole, timed = psi[0], jnp.exp(psi[2]), problem is not None and problem.row is not None
+    if len(psi) - timed == 4:
+        return SecondOrder(gain, pole, jnp.exp(psi[3]))
+    return SecondOrder(gain, pole, jnp.full_like(pole, LAG_S[0])) if timed else FirstOrder(gain, pole)
 
 
 def late_of(psi: Float[Array, " p"], problem: Problem) -> Float[Array, ""] | None:

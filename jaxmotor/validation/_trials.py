@@ -54,9 +54,9 @@ def _signature(segment: Segment) -> tuple:
     return (segment.at_rest, segment.tick[changes].tobytes(), segment.volts[changes].tobytes())
 
 
-def trials_of(recording: Recording, segments: tuple[int, ...]) -> Trials:
-    """The trials `segments` (indices), brought to common rows."""
-    packed = pack(recording, segments)
+def trials_of(recording: Recording, segments: tuple[int, ...], rest_before: bool = False) -> Trials:
+    """The trials `segments` (indices), brought to common rows; `rest_before` as for `pack`."""
+    packed = pack(recording, segments, rest_before=rest_before)
     used = packed.segment_of >= 0
     bins = np.where(used, packed.row_of, 0)
     for index in segments:

@@ -4,24 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from made import PERIOD, counted, motion, plan
+from made import FINE as PARTS
+from made import PERIOD, latched
 
 from jaxmotor import identify
 from jaxmotor.estimate import to_json
 from jaxmotor.prediction import pack
 
-GAIN, POLE, PARTS = 11.0, 40.0, 50
-
-
-def latched(parts, seed=1, **about):
-    """Each tick in 50 exact parts; counts are read `parts` of them after the voltage changes, or before."""
-    angles, runs = [], plan()
-    for _, _, volts in runs:
-        still = np.zeros(PARTS)
-        fine = np.concatenate([still, np.repeat(volts, PARTS), np.full(PARTS, volts[-1])])
-        turned = np.concatenate([[0.0], np.cumsum(motion(fine, GAIN, POLE, PERIOD / PARTS)[1])])
-        angles.append(turned[PARTS + parts :: PARTS][: len(volts)])
-    return counted(angles, runs, np.random.default_rng(seed), **about)
+GAIN, POLE = 11.0, 40.0
 
 
 @pytest.mark.parametrize("parts", [-25, -8, 4, 20])
