@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import numpy as np
 from jaxtyping import Float
@@ -139,7 +140,7 @@ def with_effect(motor: Motor, effect: AbstractEffect) -> Motor:
 def without_timing(motor: Motor) -> Motor:
     """`motor` without what is the log's."""
     own = tuple(effect for effect in motor.effects if not isinstance(effect, TimingOffset))
-    return Motor(motor.linear, own, motor.viscous_share)
+    return motor if len(own) == len(motor.effects) else eqx.tree_at(lambda motor: motor.effects, motor, own)
 
 
 def with_each(motor: Motor, effects: Sequence[AbstractEffect]) -> Motor:
