@@ -210,6 +210,7 @@ def _record(rig: Rig, plan: list[Experiment], rests: np.ndarray, truth: dict[str
         duty_full_scale=float(rig.full_scale),
         supply_V=rig.supply_V,
         drive="brake",
+        duty_delay_s=0.0,
         header={"motor": "drawn at random"},
     )
 

@@ -8,6 +8,8 @@ from scipy.signal import lfilter
 from jaxmotor.recording import Recording, Segment
 
 PERIOD, COUNTS, SUPPLY, SCALE = 0.005, 617.4, 7.4, 255
+FINE = 50
+"""Parts of a tick, of which counts are read some off."""
 FREQUENCIES = tuple(np.geomspace(0.5, 10, 8) * 1.0037)
 
 
@@ -69,6 +71,17 @@ def counted(angles, runs, rng, **header):
         turned, start = int(count[-1]), start + len(volts) * PERIOD + 0.5
     about: dict[str, Any] = {"period_s": PERIOD, "counts_per_rev": COUNTS, "supply_V": SUPPLY}
     return Recording(tuple(segments), "made.csv", duty_full_scale=float(SCALE), **(about | header))
+
+
+def latched(parts, seed=1, gain=11.0, pole=40.0, **about):
+    """Recording of `plan`, each tick in `FINE` exact parts; counts are read `parts` of them after the voltage changes,
+    or before."""
+    angles, runs = [], plan()
+    for _, _, volts in runs:
+        fine = np.concatenate([np.zeros(FINE), np.repeat(volts, FINE), np.full(FINE, volts[-1])])
+        turned = np.concatenate([[0.0], np.cumsum(motion(fine, gain, pole, PERIOD / FINE)[1])])
+        angles.append(turned[FINE + parts :: FINE][: len(volts)])
+    return counted(angles, runs, np.random.default_rng(seed), **about)
 
 
 def recording(seed, gain=11.0, pole=40.0, offset=0.0, wander=0.0, torque=0.0, friction=0.0, runs=None):

@@ -188,7 +188,7 @@ def _machine() -> str:
 @functools.cache
 def _sources() -> str:
     """Of which version the program is: JAX's, and this package's files."""
-    layers = ("motor", "estimate", "validation", "diagnosis", "fleet")
+    layers = ("motor", "prediction", "estimate", "validation", "diagnosis", "fleet")
     files = [path for layer in layers for path in sorted((PACKAGE / layer).rglob("*.py"))]
     stamps = [(path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in files]
     return repr((jax.__version__, version("jaxlib"), stamps))

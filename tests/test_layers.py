@@ -9,7 +9,7 @@ import jaxmotor
 
 PACKAGE = Path(jaxmotor.__file__).parent
 LAYERS = (
-    *("recording", "bench", "motor", "estimate", "validation", "control", "diagnosis"),
+    *("recording", "bench", "motor", "prediction", "estimate", "validation", "control", "diagnosis"),
     *("fleet", "words", "present", "cli"),
 )
 DRAWS = {"diagnosis/_diagnosis.py": {"present"}}

@@ -8,7 +8,7 @@ from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
 from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
 from jaxmotor.diagnosis._experiment import Experiment, experiment
-from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._free import linear_of, without_timing
 from jaxmotor.diagnosis._held_out import HeldOut, kept, worth_of
 from jaxmotor.diagnosis._joint import joint_covariance
 from jaxmotor.diagnosis._looks import Look, looks
@@ -21,9 +21,11 @@ from jaxmotor.diagnosis._search import EXPLAINED, FINE, GAIN, RIVALRY, SAME, Fou
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._suspects import secants
+from jaxmotor.diagnosis._timed import timed, timing_of
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Trace, best_guess, identify
 from jaxmotor.motor import EFFECTS, Motor
+from jaxmotor.motor.effects import TimingOffset
 from jaxmotor.recording import Recording, check
 
 OUTSIDE = 0.6
@@ -48,13 +50,12 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     **Raises:** `JaxmotorError`, one sentence, where the recording does not determine a linear motor.
     """
     fit, refused = _linear_fit(recording, seed)
-    study = study_of(recording, float(fit.motor.pole))
     first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
-    linear = study.solver.fit(first, tolerance=FINE)
+    study, linear = timed(recording, fit, first) or _untimed(recording, first)
     before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
     missing = _missing(study, linear.motor, before.traces)
     found_looks = looks(missing, seed)
-    search = _search(study, first, linear, found_looks)
+    search = None if study.timed else _search(study, first, linear, found_looks)
     found, held = kept(study, search.run() if search else Found(linear, linear, ()), search)
     after = scored(study.solver, found.fitted.motor, recording, study.packed, found.fitted.speeds)
     left = _missing(study, found.fitted.motor, after.traces) if found.named else missing
@@ -63,15 +64,15 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     spread = covariance(found.fitted, study.block)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
-    effects = _effects(study, held, found, spread)
+    effects, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
     twins = _twins(found, effects)
     return Diagnosis(
         fit=fit,
-        linear=linear.motor,
-        motor=found.fitted.motor,
+        linear=without_timing(linear.motor),
+        motor=without_timing(found.fitted.motor),
         standard_error=linear_errors(found.fitted, with_twins(found.fitted, spread, list(twins.values()))),
         covariance=linear_covariance(found.fitted, spread),
-        joint=joint_covariance(found.fitted, spread, rig_of(recording, study.trial)),
+        joint=joint_covariance(found.fitted, spread, rig_of(study.recording, study.trial)),
         effects=effects,
         verdict=verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
@@ -87,9 +88,17 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         notes=(
             *_notes(fit.notes if verdict == "unexplained" else check(recording), held, found, effects),
             *_ambiguous(found.fitted, spread, twins),
+            *([timing.sentence] if timing else []),
             *([EARLY] if verdict == "unexplained" and is_early(recording, found.fitted) else []),
         ),
+        timing=timing,
     )
+
+
+def _untimed(recording: Recording, first: Motor) -> tuple[Study, Fitted]:
+    """`recording`, read as its voltages change, and the linear motor that fits it."""
+    study = study_of(recording, float(first.linear.pole))
+    return study, study.solver.fit(first, tolerance=FINE)
 
 
 def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | None]:
@@ -129,6 +138,8 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
     effects = []
     rivals = _rivals(held, found)
     for effect, error in zip(found.fitted.motor.effects, errors, strict=True):
+        if isinstance(effect, TimingOffset):
+            continue
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
         effects.append(FoundEffect(effect, error, gain, rivals[effect.name], _unknown(effect, error)))

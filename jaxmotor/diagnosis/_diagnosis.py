@@ -10,7 +10,7 @@ from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
-from jaxmotor.estimate import Fit, Joint, Trace, angle_fit_percent
+from jaxmotor.estimate import Fit, Joint, Timing, Trace, angle_fit_percent
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
@@ -134,6 +134,8 @@ class Diagnosis:
     experiments: tuple[Experiment, ...]
     """What to record next to tell rivals apart, the most telling first."""
     notes: tuple[str, ...]
+    timing: Timing | None = None
+    """The log's own, where its header does not state it and the data show one."""
 
     @property
     def looks_like(self) -> Look | None:

@@ -42,7 +42,7 @@ def experiment(
     solver: Solver, names: tuple[str, str], first: Motor, second: Fitted, recording: Recording
 ) -> Experiment:
     """The experiment that tells motor `first`, with effect `names[0]`, from `second`, with `names[1]`, best."""
-    period_s = float(np.asarray(solver.trial.log.duration))
+    period_s = float(np.asarray(solver.trial.heard.duration))
     candidates = _candidates(solver.trial, period_s, float(first.linear.pole))
     trial = _on(solver.trial, candidates, first, period_s)
     other = Solver(trial)

@@ -8,17 +8,17 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import equinox as eqx
 import jax
 import numpy as np
 from jaxtyping import Float
 
 from jaxmotor._precision import to_jax
 from jaxmotor.motor import Motor, SecondOrder
-from jaxmotor.motor.effects import AbstractEffect, free_size, parameters, to_free, values_at
+from jaxmotor.motor.effects import AbstractEffect, TimingOffset, free_size, parameters, to_free, values_at
 from jaxmotor.motor.effects._base import AbstractLagEffect, AbstractLoadEffect
+from jaxmotor.prediction import LAG_S
 
-LAG_S = (60e-6, 40e-6)
-"""Mean and spread of L/R, with the bridge's own delay."""
 VISCOUS_SHARE = (0.045, 0.02)
 LONGEST_LAG_S = 2.6e-4
 """More is an effect of its own."""
@@ -135,6 +135,12 @@ def with_effect(motor: Motor, effect: AbstractEffect) -> Motor:
     assert isinstance(motor.linear, SecondOrder)
     lag = 0.0 if _is_lag((effect,)) else float(motor.linear.electrical_time_constant)
     return linear_of(float(motor.linear.gain), pole, lag, float(motor.viscous_share), (*motor.effects, effect))
+
+
+def without_timing(motor: Motor) -> Motor:
+    """`motor` without what is the log's."""
+    own = tuple(effect for effect in motor.effects if not isinstance(effect, TimingOffset))
+    return motor if len(own) == len(motor.effects) else eqx.tree_at(lambda motor: motor.effects, motor, own)
 
 
 def with_each(motor: Motor, effects: Sequence[AbstractEffect]) -> Motor:

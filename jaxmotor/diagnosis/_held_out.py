@@ -82,7 +82,7 @@ def hold_out(study: Study, found: Found) -> HeldOut:
     parts, segments = split(recording)
     own, cut = bool(segments), parts is not recording
     if cut:
-        study = study_of(parts, float(found.linear.motor.linear.pole))
+        study = study_of(parts, float(found.linear.motor.linear.pole), study.timed)
     if own:
         out = study.rows(segments)
         train, test = Solver(study.trial, ~out), Solver(study.trial, out)

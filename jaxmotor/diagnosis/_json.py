@@ -1,5 +1,6 @@
 """A diagnosis as JSON: plain numbers in SI and strings."""
 
+import dataclasses
 import math
 from typing import Any
 
@@ -24,6 +25,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "model": {"gain_rad_s_V": float(motor.gain), "pole_rad_s": float(motor.pole)},
         "standard_error": {name: _number(value) for name, value in diagnosis.standard_error.items()},
         "effects": [_effect(found) for found in diagnosis.effects],
+        "timing": None if diagnosis.timing is None else dataclasses.asdict(diagnosis.timing),
         "held_out": _worth(diagnosis.held_out),
         "whole": _worth(diagnosis.whole),
         "closed_loop": [_loop(gain) for gain in diagnosis.closed_loop],

@@ -6,12 +6,12 @@ import numpy as np
 
 from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._errors import covariance
-from jaxmotor.diagnosis._free import motors_at
+from jaxmotor.diagnosis._free import motors_at, without_timing
 from jaxmotor.diagnosis._search import FINE, Found
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._study import Study
-from jaxmotor.diagnosis._trial import supply_of
 from jaxmotor.motor import Motor
+from jaxmotor.prediction import supply_of
 from jaxmotor.validation import LoopOfMotors, controller_of, loop_of_motors
 
 MOST = 4
@@ -78,7 +78,7 @@ def _drawn(fitted: Fitted, study: Study, solver: Solver, seed: int) -> Motor:
     # What is hardly known is not drawn from beyond where a fit would step at once.
     moved = np.clip(moved, -layout.longest, layout.longest)
     frees = np.clip(fitted.free + np.concatenate([np.zeros((1, len(size))), moved]), layout.low, layout.high)
-    return to_jax(motors_at(fitted.template, frees))
+    return to_jax(without_timing(motors_at(fitted.template, frees)))
 
 
 def _angle(study: Study, index: int) -> float:

@@ -19,13 +19,14 @@ from jaxmotor._programs import Arrays, program
 from jaxmotor.diagnosis._coordinates import Places, coordinates, held_rows, rows_of_experiments, speed, under
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._learned_law import LearnedCoordinate, LearnedLaw, resemblances
-from jaxmotor.diagnosis._seen import drift, seen
+from jaxmotor.diagnosis._residuals import drift
 from jaxmotor.diagnosis._smooth import Judged, grams_of, judged
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._spline import INTERVALS, Spline, spline_over, steps
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects._base import AbstractLoadEffect
+from jaxmotor.prediction import seen, without_initial_speeds
 from jaxmotor.recording import Recording
 
 COLUMNS = 32
@@ -176,11 +177,7 @@ class _Study:
 
     def _without(self, columns: np.ndarray, starts: np.ndarray) -> np.ndarray:
         """`columns` (n, k) without what initial speeds explain."""
-        piece, pieces = self.solver.piece, self.solver.pieces
-        size = np.bincount(piece, starts**2, pieces)
-        weights = np.stack([np.bincount(piece, starts * column, pieces) for column in columns.T], axis=1)
-        shift = weights / np.where(size > 1e-12, size, np.inf)[:, None]
-        return columns - starts[:, None] * shift[piece]
+        return without_initial_speeds(columns, starts, self.solver.piece, self.solver.pieces)[0]
 
 
 def _law(learned: _Learned, used: np.ndarray) -> LearnedLaw:

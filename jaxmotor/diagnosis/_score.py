@@ -5,9 +5,10 @@ import dataclasses
 import numpy as np
 
 from jaxmotor.diagnosis._free import together
-from jaxmotor.diagnosis._solve import SPEED_STEP, Solver, square_of
-from jaxmotor.estimate import Packed, Trace, floors, traces_of
+from jaxmotor.diagnosis._solve import Solver, square_of
+from jaxmotor.estimate import Trace, floors, traces_of
 from jaxmotor.motor import Motor
+from jaxmotor.prediction import Packed, fit_initial_speeds
 from jaxmotor.recording import Recording
 from jaxmotor.validation import Score, pooled_score
 
@@ -21,7 +22,7 @@ class Scored:
     score: Score
     """Pooled; chi2 is of the plain observations."""
     drift: float
-    """chi2 per sample of residuals that add up over twenty ticks (`_seen.drift`)."""
+    """chi2 per sample of residuals that add up over twenty ticks (`_residuals.drift`)."""
     by_segment: dict[int, tuple[float, float]]
     """Sum of squared plain residuals, and what rounding alone would make it [units²]."""
     traces: tuple[Trace, ...]
@@ -51,21 +52,11 @@ def scored(
 def begins(solver: Solver, motor: Motor, speeds: np.ndarray | None = None) -> np.ndarray:
     """The initial speed of each piece that fits it best under `motor` [rad/s]; zero where it begins at rest."""
     speeds = solver.starts if speeds is None else speeds
-    step = np.zeros_like(speeds)
-    least = np.full(len(speeds), np.inf)
+    if not solver.free_pieces:
+        return speeds
     pair, width = together([motor, motor]), solver.width(motor)
-    for _ in range(3 if solver.free_pieces else 0):
-        tried = speeds + step
-        residual, moved = solver.residuals(pair, np.stack([tried, tried + SPEED_STEP]), width)
-        square = np.bincount(solver.piece, residual**2, solver.pieces)
-        # Near rest friction bends what a speed does; a step that makes a piece worse is not taken.
-        better = square < least
-        speeds, least = np.where(better, tried, speeds), np.where(better, square, least)
-        column = (moved - residual) / SPEED_STEP
-        size = np.bincount(solver.piece, column**2, solver.pieces)
-        right = np.bincount(solver.piece, column * residual, solver.pieces)
-        step = np.where(better, -right / np.where(size > 1e-12, size, np.inf), 0.5 * step)
-    return speeds
+    found = fit_initial_speeds(lambda tried: solver.residuals(pair, tried, width), speeds[None], solver.piece)
+    return found[0]
 
 
 def chi2_interval(by_segment: dict[int, tuple[float, float]], seed: int) -> tuple[float, float]:

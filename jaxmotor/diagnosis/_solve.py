@@ -17,9 +17,10 @@ from jaxtyping import Float
 
 from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_at, motors_at, together
 from jaxmotor.diagnosis._parallel import side_by_side
-from jaxmotor.diagnosis._seen import residuals_program
+from jaxmotor.diagnosis._residuals import residuals_program
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
+from jaxmotor.prediction import SPEED_STEP, without_initial_speeds
 
 STEPS = 25
 WIDE_STEPS, WIDE_TOLERANCE = 8, 2e-4
@@ -32,8 +33,6 @@ FIRST_ROWS = 3
 DAMPINGS = 1e-9 + np.geomspace(1e-4, 1e6, 21)
 DAMPING = 1e-9
 """Of the balanced normal equations, for what the recording does not show."""
-SPEED_STEP = 0.05
-"""Over which initial speeds are differenced [rad/s]."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -207,10 +206,7 @@ class Solver:
         """`columns` (n, c) without what initial speeds explain, and the speeds (k, c) that explain it."""
         if starts is None:
             return columns, None
-        size = np.bincount(self.piece, starts**2, self.pieces)
-        weights = [np.bincount(self.piece, starts * column, self.pieces) for column in columns.T]
-        shift = np.stack(weights, axis=1) / np.where(size > 1e-12, size, np.inf)[:, None]
-        return columns - starts[:, None] * shift[self.piece], shift
+        return without_initial_speeds(columns, starts, self.piece, self.pieces)
 
     def _moved(self, motor: Motor, at: "_At", step: "_Step", layout: Layout) -> "_At | None":
         """`at` after the step, or after the best part of it; None where no part of it helps."""
@@ -251,7 +247,7 @@ def _first_speeds(trial: Trial, pieces: int) -> np.ndarray:
         used = np.flatnonzero(valid[lane] & (piece[lane] == piece[lane, row]))[:FIRST_ROWS]
         if used.size:
             speeds[piece[lane, row]] = float(np.asarray(lanes.observed)[lane, used].mean())
-    duration = float(np.asarray(trial.log.duration))
+    duration = float(np.asarray(trial.heard.duration))
     return speeds * float(trial.problem.unit) / (duration if trial.problem.kind == "turn" else 1.0)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._trial import Trial, trial_of
-from jaxmotor.estimate import ROOMY, Packed, pack, without_beginnings
+from jaxmotor.prediction import ROOMY, Packed, pack, without_beginnings
 from jaxmotor.recording import Recording
 
 
@@ -18,6 +18,8 @@ class Study:
     packed: Packed
     trial: Trial
     solver: Solver
+    timed: bool
+    """Packed for motors with a timing offset."""
 
     @property
     def block(self) -> np.ndarray:
@@ -29,15 +31,15 @@ class Study:
         return np.isin(self.packed.segment_of, segments)
 
 
-def study_of(recording: Recording, pole: float) -> Study:
-    """`recording`, to be explained by motors with about this `pole` [rad/s]."""
+def study_of(recording: Recording, pole: float, timed: bool = False) -> Study:
+    """`recording`, to be explained by motors with about this `pole` [rad/s], `timed` with a timing offset."""
     moving = tuple(
         index for index, segment in enumerate(recording.segments) if segment.kind != "rest" and len(segment) >= 2
     )
-    packed = pack(recording, moving, ROOMY._replace(lanes=_lanes([len(recording.segments[k]) for k in moving])))
+    packed = pack(recording, moving, ROOMY._replace(lanes=_lanes([len(recording.segments[k]) for k in moving])), timed)
     packed = without_beginnings(recording, packed)
     trial = trial_of(recording, packed, pole)
-    return Study(recording, packed, trial, Solver(trial))
+    return Study(recording, packed, trial, Solver(trial), timed)
 
 
 def _lanes(rows: list[int]) -> int:

@@ -1,6 +1,5 @@
 """From recordings to motors: sine fit, response fit, trajectory fit, and how sure each is."""
 
-from jaxmotor.estimate._beginnings import without_beginnings as without_beginnings
 from jaxmotor.estimate._electrical import electrical_check as electrical_check
 from jaxmotor.estimate._fingerprint import fingerprint as fingerprint
 from jaxmotor.estimate._fit import Fit as Fit
@@ -10,7 +9,6 @@ from jaxmotor.estimate._identify import UNSETTLED as UNSETTLED
 from jaxmotor.estimate._identify import Estimate as Estimate
 from jaxmotor.estimate._identify import Prepared as Prepared
 from jaxmotor.estimate._identify import agreement as agreement
-from jaxmotor.estimate._identify import as_problem as as_problem
 from jaxmotor.estimate._identify import best_guess as best_guess
 from jaxmotor.estimate._identify import enough_sines as enough_sines
 from jaxmotor.estimate._identify import estimate_of as estimate_of
@@ -22,13 +20,6 @@ from jaxmotor.estimate._identify import sine_motor as sine_motor
 from jaxmotor.estimate._judge import Judgement as Judgement
 from jaxmotor.estimate._judge import judge as judge
 from jaxmotor.estimate._judge import student_t as student_t
-from jaxmotor.estimate._lanes import ROOMY as ROOMY
-from jaxmotor.estimate._lanes import Lanes as Lanes
-from jaxmotor.estimate._lanes import Packed as Packed
-from jaxmotor.estimate._lanes import Room as Room
-from jaxmotor.estimate._lanes import bucket as bucket
-from jaxmotor.estimate._lanes import pack as pack
-from jaxmotor.estimate._lanes import pieces_of as pieces_of
 from jaxmotor.estimate._model_effects import effects_to_json as effects_to_json
 from jaxmotor.estimate._model_file import KEYS as KEYS
 from jaxmotor.estimate._model_file import SHARE as SHARE
@@ -39,7 +30,6 @@ from jaxmotor.estimate._model_file import read_model as read_model
 from jaxmotor.estimate._model_file import to_json as to_json
 from jaxmotor.estimate._model_joint import Joint as Joint
 from jaxmotor.estimate._model_joint import names_of as names_of
-from jaxmotor.estimate._noise import Noise as Noise
 from jaxmotor.estimate._response_fit import fit_response as fit_response
 from jaxmotor.estimate._sine_data import SineData as SineData
 from jaxmotor.estimate._sine_data import sine_data as sine_data
@@ -49,15 +39,14 @@ from jaxmotor.estimate._sine_fit import fit_sines as fit_sines
 from jaxmotor.estimate._sine_fit import linear_start as linear_start
 from jaxmotor.estimate._start import data_start as data_start
 from jaxmotor.estimate._start import pole_range as pole_range
+from jaxmotor.estimate._timing import MOST_ROWS as MOST_ROWS
+from jaxmotor.estimate._timing import Timing as Timing
 from jaxmotor.estimate._traces import angle_fit_percent as angle_fit_percent
 from jaxmotor.estimate._traces import chi2_per_sample as chi2_per_sample
 from jaxmotor.estimate._traces import fit_percent as fit_percent
 from jaxmotor.estimate._traces import floors as floors
 from jaxmotor.estimate._traces import traces_of as traces_of
-from jaxmotor.estimate._trajectory import Problem as Problem
-from jaxmotor.estimate._trajectory import motor_of as motor_of
-from jaxmotor.estimate._trajectory import predict as predict
 from jaxmotor.estimate._trajectory import solve as solve
-from jaxmotor.estimate._trajectory import start_columns as start_columns
 from jaxmotor.estimate._trajectory import whitened as whitened
 from jaxmotor.estimate._uncertainty import uncertainty as uncertainty
+from jaxmotor.prediction import Noise as Noise

@@ -7,8 +7,9 @@ from jaxmotor._programs import Arrays, program
 from jaxmotor.estimate._response_fit import fit_response
 from jaxmotor.estimate._sine_fit import Sines, fit_sines
 from jaxmotor.estimate._start import data_start
-from jaxmotor.estimate._trajectory import Problem, evaluate, solve
+from jaxmotor.estimate._trajectory import evaluate, solve
 from jaxmotor.estimate._uncertainty import uncertainty
+from jaxmotor.prediction import Problem
 
 
 @program

@@ -6,9 +6,10 @@ from typing import Literal
 import numpy as np
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.estimate._noise import Noise
 from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis
+from jaxmotor.estimate._timing import Timing
 from jaxmotor.motor import AbstractLinearMotor
+from jaxmotor.prediction import Noise
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -63,6 +64,8 @@ class Fit:
     """Laws that the recording can neither show nor exclude."""
     allowed: Allowed | None = None
     """Intervals of gain and pole that allow for hidden laws; None where the method does not know."""
+    timing: Timing | None = None
+    """The log's own, where the header does not state it and the data show one."""
 
     def __repr__(self) -> str:
         gain, pole = float(self.motor.gain), float(self.motor.pole)

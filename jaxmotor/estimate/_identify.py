@@ -12,18 +12,21 @@ from jaxmotor.estimate._electrical import electrical_share
 from jaxmotor.estimate._fingerprint import fingerprint
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.estimate._judge import EVIDENCE, Judgement, judge
-from jaxmotor.estimate._lanes import Packed, pack
+from jaxmotor.estimate._judge import EVIDENCE, Judgement, is_quiet, judge
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
 from jaxmotor.estimate._sine_fit import Sines
 from jaxmotor.estimate._start import pole_range
+from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
-from jaxmotor.estimate._trajectory import MAX_STEPS, Problem, Solution
+from jaxmotor.estimate._trajectory import MAX_STEPS, Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
 from jaxmotor.motor import FirstOrder
+from jaxmotor.prediction import Packed, Problem, as_problem, pack, without_beginnings
 from jaxmotor.recording import Recording, check
 
+FIRST_OFFSET_ROWS = 0.05
+"""Timing offset from which it is sought."""
 UNSETTLED = "the fit to the frequency response did not settle; gain and pole come from the whole recording"
 
 
@@ -91,7 +94,8 @@ def identify(
     estimate = _estimate(recording, problem, psi, seed)
     if model == "second":
         estimate = _second_order(recording, problem, estimate, seed, notes)
-    judgement = judge(recording, packed, *estimate)
+    timed = _timed(recording, fitted, estimate, seed) if model == "first" else None
+    packed, estimate, judgement = timed or (packed, estimate, judge(recording, packed, *estimate))
     return Fit(
         motor=judgement.motor,
         standard_error=judgement.standard_error,
@@ -100,9 +104,10 @@ def identify(
         offset_standard_error_V=judgement.offset_standard_error_V,
         method="exact",
         frequency_response=None if response is None else response.response,
-        notes=(*notes, *judgement.notes, *agreement(sines, judgement)),
+        notes=(*notes, *judgement.notes, *(agreement(sines, judgement) if timed is None else ())),
         open_hypotheses=judgement.open_hypotheses,
         allowed=judgement.allowed,
+        timing=judgement.timing,
         **about,
         **scores(packed, np.asarray(estimate.solution.residual)),
     )
@@ -141,21 +146,6 @@ def prepare(recording: Recording, hold_out: Iterable[int] = ()) -> Prepared:
     held_out = tuple(sorted(set(hold_out)))
     fitted = _fitted(recording, held_out)
     return Prepared(recording, fitted, held_out, pack(recording, fitted), notes)
-
-
-def as_problem(packed: Packed) -> Problem:
-    """`packed` with what the solver needs to know of it."""
-    observation, lanes = packed.observation, packed.lanes
-    return Problem(
-        lanes,
-        to_jax(observation.unit),
-        to_jax(observation.window_s),
-        observation.kind,
-        observation.floor_known,
-        packed.pieces,
-        packed.clusters,
-        bool(lanes.free.any()),
-    )
 
 
 def as_sines(data: SineData) -> Sines:
@@ -253,6 +243,29 @@ def estimate_of(recording: Recording, found: dict[str, Any]) -> Estimate:
 
 def _settled(estimate: Estimate) -> bool:
     return bool(np.isfinite(estimate.solution.psi).all()) and int(estimate.solution.steps) < MAX_STEPS
+
+
+def _timed(
+    recording: Recording, fitted: tuple[int, ...], untimed: Estimate, seed: int
+) -> tuple[Packed, Estimate, Judgement] | None:
+    """The fit with the log's timing offset, where its header does not state the timing and an offset explains the log.
+
+    That is where no friction and no delay are left to be seen and, of counts, nothing beside their rounding.
+    """
+    if recording.duty_delay_s is not None or float(untimed.errors.evidence) <= EVIDENCE:
+        return None
+    packed = without_beginnings(recording, pack(recording, fitted, rest_before=True))
+    start = np.append(np.asarray(untimed.solution.psi), FIRST_OFFSET_ROWS)
+    try:
+        timed = _estimate(recording, as_problem(packed, timed=True), start, seed)
+    except JaxmotorError:
+        return None
+    explained = float(timed.errors.evidence) <= EVIDENCE
+    explained &= is_quiet(packed, timed.errors) or not packed.observation.floor_known
+    if not explained or abs(float(timed.solution.psi[-1])) > MOST_ROWS:
+        return None
+    judgement = judge(recording, packed, *timed, packed.durations[0])
+    return (packed, timed, judgement) if judgement.timing is not None and judgement.timing.shows else None
 
 
 def _second_order(recording: Recording, problem: Problem, first: Estimate, seed: int, notes: list[str]) -> Estimate:

@@ -6,11 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.estimate._lanes import Packed
 from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, open_hypotheses
+from jaxmotor.estimate._timing import Timing
 from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
 from jaxmotor.motor import AbstractLinearMotor, linear_motor
+from jaxmotor.prediction import LAG_S, Packed
 from jaxmotor.recording import Recording
 
 QUIET_LOG10_Q = -4.0
@@ -36,26 +37,33 @@ class Judgement(NamedTuple):
     """(p, p) of (gain, pole [, electrical time constant]) in their units."""
     offset_V: float
     offset_standard_error_V: float
+    timing: Timing | None
     notes: tuple[str, ...]
     open_hypotheses: tuple[OpenHypothesis, ...]
     allowed: Allowed
     """Intervals of gain and pole that allow for hidden laws."""
 
 
-def judge(recording: Recording, packed: Packed, solution: Solution, errors: Uncertainty) -> Judgement:
+def is_quiet(packed: Packed, errors: Uncertainty) -> bool:
+    """The encoder alone explains the residuals."""
+    return bool(packed.observation.floor_known and errors.log10_q < QUIET_LOG10_Q and errors.chi2 < QUIET_CHI2)
+
+
+def judge(
+    recording: Recording, packed: Packed, solution: Solution, errors: Uncertainty, row_s: float | None = None
+) -> Judgement:
     """The standard errors that fit the residuals' nature, and notes on what they rest on.
 
     Where the encoder alone explains the residuals: rounding drawn anew. Else: from how segments disagree, widened
     by Student's t, so that 1.96 standard errors hold the truth 95 times of 100. What friction or a delay would move
-    is added where the recording shows them.
+    is added where the recording shows them. ψ ends with the timing offset in rows of `row_s` [s] where this is given.
 
     **Raises:** `JaxmotorError` where gain or pole are not determined.
     """
     psi, model, clustered = np.asarray(solution.psi), np.asarray(errors.model), np.asarray(errors.clustered)
     allowance = np.asarray(errors.allowance)
-    quiet = packed.observation.floor_known and errors.log10_q < QUIET_LOG10_Q and errors.chi2 < QUIET_CHI2
     notes = []
-    if quiet:
+    if is_quiet(packed, errors):
         covariance = np.asarray(errors.requantised)
     else:
         widen = np.array([student_t(float(freedom)) / 1.96 for freedom in errors.degrees_of_freedom])
@@ -74,6 +82,12 @@ def judge(recording: Recording, packed: Packed, solution: Solution, errors: Unce
             "the motor does more than a linear one (friction or a delay, if only a little, show in the data): the "
             "standard errors allow for what that may shift"
         )
+    timing = None
+    if row_s is not None:
+        lag = LAG_S[1] * np.asarray(errors.lag_shift)
+        covariance = covariance + np.outer(lag, lag)
+        timing = Timing(row_s * float(psi[-1]), row_s * float(np.sqrt(covariance[-1, -1])))
+        psi, covariance, model = psi[:-1], covariance[:-1, :-1], model[:-1, :-1]
     # K, b, log a, log tau -> K, a, tau [, and u0 = b/K].
     scale = np.concatenate([[1.0], np.exp(psi[2:])])
     kept = np.delete(np.delete(covariance, 1, 0), 1, 1) * np.outer(scale, scale)
@@ -89,7 +103,8 @@ def judge(recording: Recording, packed: Packed, solution: Solution, errors: Unce
         covariance=kept,
         offset_V=float(offset),
         offset_standard_error_V=float(np.sqrt(slope @ covariance @ slope)),
-        notes=(*notes, *(one.note for one in left_open)),
+        timing=timing,
+        notes=(*notes, *([timing.sentence] if timing else []), *(one.note for one in left_open)),
         open_hypotheses=left_open,
         allowed=allowed,
     )

@@ -23,10 +23,10 @@ from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model_effects import effects_to_json, read_effects
 from jaxmotor.estimate._model_joint import Joint, joint_to_json, names_of, read_joint
 from jaxmotor.estimate._model_numbers import RANGES, covariance_of, in_range, is_number, numbers
-from jaxmotor.estimate._noise import noise_to_json
 from jaxmotor.estimate._open_hypotheses import open_to_json
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor, SecondOrder, linear_motor
 from jaxmotor.motor.effects import VoltageOffset
+from jaxmotor.prediction import noise_to_json
 
 FORMAT = 1
 LARGEST = 20_000_000
@@ -116,6 +116,7 @@ def to_json(fit: Fit) -> dict[str, Any]:
         "held_out_segments": list(fit.held_out),
         "fitted_fingerprints": list(fit.fingerprints),
         "period_s": fit.period_s,
+        "timing": None if fit.timing is None else dataclasses.asdict(fit.timing),
         "frequency_response": None if fit.frequency_response is None else _response(fit.frequency_response),
         "notes": list(fit.notes),
     }

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jaxmotor.estimate._lanes import Packed
 from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
+from jaxmotor.prediction import Packed
 
 LIKELY = 2.0
 """Standard errors by which an amount may be off."""

@@ -4,7 +4,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from jaxmotor.estimate._lanes import bucket
+from jaxmotor.prediction import bucket
 from jaxmotor.recording import Recording, Segment, at_duty
 
 

@@ -5,9 +5,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxmotor.estimate._lanes import Lanes
-from jaxmotor.estimate._trajectory import Problem, least_squares, observe, start_columns, whitened
+from jaxmotor.estimate._trajectory import least_squares, whitened
 from jaxmotor.motor import FirstOrder
+from jaxmotor.prediction import Lanes, Problem, observe, start_columns
 
 POLES = 24
 

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from jaxmotor.estimate._fit import Trace
-from jaxmotor.estimate._lanes import Packed
+from jaxmotor.prediction import Packed
 
 LEAST = 0.02
 """Of the mean rounding error: a floor is not taken to be lower."""

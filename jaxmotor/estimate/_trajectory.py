@@ -8,52 +8,19 @@ linear unknowns at their best for the clipped step, converges from far away. Eac
 of the residuals' covariance by maximum likelihood (`_whitening`).
 """
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxmotor.estimate._lanes import Lanes
 from jaxmotor.estimate._whitening import whiten
-from jaxmotor.motor import AbstractLinearMotor, FirstOrder, SecondOrder, simulate
+from jaxmotor.prediction import Problem, predict, start_columns
 
 MAX_STEPS = 40
 PROCESS_RANGE = (-8.0, 4.0)
 """Decades of q that are searched, in units of the floor."""
 PROCESS_POINTS = 9
-
-
-class Problem(eqx.Module):
-    """One recording, and what is asked of it. Static fields choose the program, arrays are its data."""
-
-    lanes: Lanes
-    unit: Float[Array, ""]
-    window: Float[Array, ""]
-    kind: Literal["turn", "speed", "window"] = eqx.field(static=True)
-    floor_known: bool = eqx.field(static=True)
-    pieces: int = eqx.field(static=True)
-    clusters: int = eqx.field(static=True)
-    free: bool = eqx.field(static=True)
-    """Some piece begins at an unknown speed."""
-
-    @property
-    def floor(self) -> float:
-        """Variance of one observation from the encoder alone [units²]."""
-        return 1 / 6 if self.kind == "turn" else 1 / 12
-
-    @property
-    def shared(self) -> float:
-        """Covariance between neighbours from the encoder alone, with its sign changed [units²]."""
-        return 1 / 12 if self.kind == "turn" else 0.0
-
-    @property
-    def begins(self) -> Bool[Array, "lane row"]:
-        """Rows whose error shares nothing with the row before."""
-        lanes = self.lanes
-        before = jnp.pad(lanes.valid[:, :-1], ((0, 0), (1, 0)))
-        return jnp.asarray(lanes.reset) | ~before
 
 
 class Solution(NamedTuple):
@@ -71,54 +38,6 @@ class Solution(NamedTuple):
     steps: Int[Array, ""]
     moved: Float[Array, ""]
     """Length of the last step, in standard errors."""
-
-
-def motor_of(psi: Float[Array, " p"]) -> AbstractLinearMotor:
-    """The motor at ψ."""
-    gain, pole = psi[0], jnp.exp(psi[2])
-    return FirstOrder(gain, pole) if len(psi) == 3 else SecondOrder(gain, pole, jnp.exp(psi[3]))
-
-
-def observe(
-    motor: AbstractLinearMotor,
-    problem: Problem,
-    volts: Float[Array, "lane row"],
-    initial_speed: Float[Array, "lane row"],
-) -> Float[Array, "lane row"]:
-    """What the recording would show [units] of a motor under `volts` that starts its pieces at `initial_speed`."""
-    lanes = problem.lanes
-    duration = jnp.asarray(lanes.duration)
-    per_lane = (0, 0, 0, None if duration.ndim == 0 else 0)
-    motion = jax.vmap(lambda *row: simulate(motor, *row), per_lane)(
-        volts, jnp.asarray(lanes.reset), initial_speed, duration
-    )
-    if problem.kind == "turn":
-        return motion.turn / problem.unit
-    if problem.kind == "speed":
-        return motion.state[..., 0] / problem.unit
-    angle = jnp.cumsum(motion.turn, axis=1) - motion.turn
-    back = jnp.asarray(lanes.back)
-    first = jnp.arange(angle.shape[1], dtype=back.dtype)[None, :] - back
-    state = jnp.take_along_axis(motion.state, first[..., None], axis=1)
-    part = jax.vmap(jax.vmap(motor.hold))(jnp.asarray(lanes.part))
-    inside = (part.turn * state).sum(-1) + part.turn_drive * jnp.take_along_axis(volts, first, axis=1)
-    return (angle - jnp.take_along_axis(angle, first, axis=1) - inside) / (problem.window * problem.unit)
-
-
-def predict(psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem) -> Float[Array, "lane row"]:
-    """What the recording would show [units] at ψ."""
-    lanes = problem.lanes
-    start = jnp.asarray(lanes.free) * initial_speed[lanes.piece]
-    unit_gain = motor_of(psi.at[0].set(1.0))
-    return observe(unit_gain, problem, psi[0] * jnp.asarray(lanes.volts) + psi[1], start)
-
-
-def start_columns(psi: Float[Array, " p"], problem: Problem) -> Float[Array, "lane row c"]:
-    """What one rad/s of initial speed adds to the piece it belongs to [units]; no column where all start at rest."""
-    free = jnp.asarray(problem.lanes.free)
-    if not problem.free:
-        return jnp.zeros((*free.shape, 0), free.dtype)
-    return observe(motor_of(psi), problem, jnp.zeros_like(free), free)[..., None]
 
 
 def whitened(

@@ -19,16 +19,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Key
 
-from jaxmotor.estimate._trajectory import (
-    Problem,
-    Solution,
-    motor_of,
-    observe,
-    predict,
-    solve_normal,
-    start_columns,
-    whitened,
-)
+from jaxmotor.estimate._trajectory import Solution, solve_normal, whitened
+from jaxmotor.motor import SecondOrder
+from jaxmotor.prediction import LAG_S, Problem, late_of, motor_of, observe, predict, start_columns
 
 REDRAWS = 150
 """Random encoder offsets drawn for `requantised`."""
@@ -60,6 +53,8 @@ class Uncertainty(NamedTuple):
     log10_q: Float[Array, ""]
     chi2: Float[Array, ""]
     """Mean squared residual of the plain differences over the floor."""
+    lag_shift: Float[Array, " p"]
+    """By how much ψ moves with the electrical time constant beside a timing offset [1/s], else zero."""
     pole_share: Float[Array, ""]
     """Part of the motion (root mean square) that a pole e times as large would change, with gain and offset at their
     best [1]."""
@@ -75,10 +70,13 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
     """All four, from the linearisation at `solution`; nothing is fitted again."""
     size = solution.psi.shape[0]
     extra = _hidden(solution, problem)
-    columns = jnp.concatenate([solution.residual[..., None], solution.jacobian, extra], axis=-1)
+    lag = _by_lag(solution, problem)
+    columns = jnp.concatenate([solution.residual[..., None], solution.jacobian, extra, lag], axis=-1)
     starts = start_columns(solution.psi, problem)
     white, _, _ = whitened(columns, starts, 10**solution.log10_q, problem)
-    error, jacobian, hidden = white[..., 0], white[..., 1 : 1 + size], white[..., 1 + size :]
+    splits = (1, 1 + size, 1 + size + extra.shape[-1])
+    error, jacobian, hidden, lag = jnp.split(white, splits, axis=-1)
+    error = error[..., 0]
     extra = hidden[..., :2]
     count = jnp.asarray(problem.lanes.valid).sum().astype(error.dtype)
     normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
@@ -109,6 +107,7 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
         evidence=evidence,
         log10_q=solution.log10_q,
         chi2=chi2,
+        lag_shift=-inverse @ jnp.einsum("lrp,lrs->p", jacobian, lag),
         pole_share=_pole_share(solution, problem),
         hidden_error=hidden_error * jnp.sqrt(variance),
         **open_to,
@@ -125,7 +124,7 @@ def _pole_share(solution: Solution, problem: Problem) -> Float[Array, ""]:
 
 def _hidden(solution: Solution, problem: Problem) -> Float[Array, "lane row h"]:
     """What one unit of each of `HIDDEN` adds to the prediction [units]."""
-    motor = motor_of(solution.psi)
+    motor, late = motor_of(solution.psi, problem), late_of(solution.psi, problem)
     lanes = problem.lanes
     reset, volts = jnp.asarray(lanes.reset), jnp.asarray(lanes.volts)
     at_rest = jnp.zeros_like(volts)
@@ -135,7 +134,7 @@ def _hidden(solution: Solution, problem: Problem) -> Float[Array, "lane row h"]:
     before = jnp.where(reset, 0.0, jnp.pad(volts[:, :-1], ((0, 0), (1, 0))))
     drag = -turning * jnp.abs(turning) / jnp.maximum((turning**2).max(), 1e-30)
     drives = (-jnp.sign(turning), before - volts, -jnp.sign(volts), drag)
-    both = [observe(motor, problem, drive, at_rest) for drive in drives]
+    both = [observe(motor, problem, drive, at_rest, late) for drive in drives]
     return jnp.where(jnp.asarray(lanes.valid)[..., None], jnp.stack(both, axis=-1), 0.0)
 
 
@@ -150,6 +149,23 @@ def _open(error, jacobian, hidden, normal) -> tuple[dict[str, Array], Float[Arra
     own = jnp.where(own > 0, own, 1.0)
     amount = jnp.einsum("lrh,lr->h", rest, error) / own
     return {"hidden": amount, "hidden_shift": -held}, 1 / jnp.sqrt(own)
+
+
+def _by_lag(solution: Solution, problem: Problem) -> Float[Array, "lane row c"]:
+    """What a second of electrical time constant adds to the prediction [units]; no column without a timing offset."""
+    if problem.row is None:
+        return jnp.zeros((*solution.residual.shape, 0), solution.residual.dtype)
+    volts = solution.psi[0] * jnp.asarray(problem.lanes.volts) + solution.psi[1]
+    unit = motor_of(solution.psi.at[0].set(1.0), problem)
+    start = jnp.asarray(problem.lanes.free) * solution.initial_speed[problem.lanes.piece]
+
+    def at(lag: Float[Array, ""]) -> Float[Array, "lane row"]:
+        motor = SecondOrder(unit.gain, unit.pole, lag)
+        return observe(motor, problem, volts, start, late_of(solution.psi, problem))
+
+    lag = jnp.full_like(unit.pole, LAG_S[0])
+    _, column = jax.jvp(at, (lag,), (jnp.ones_like(lag),))
+    return jnp.where(jnp.asarray(problem.lanes.valid)[..., None], column[..., None], 0.0)
 
 
 def _clustered(error, jacobian, normal, inverse, problem: Problem):

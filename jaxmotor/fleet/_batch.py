@@ -20,7 +20,6 @@ from jaxmotor.estimate import (
     Estimate,
     Judgement,
     Prepared,
-    Problem,
     Sines,
     agreement,
     data_start,
@@ -34,6 +33,7 @@ from jaxmotor.estimate import (
     uncertainty,
 )
 from jaxmotor.fleet._ready import Key, Ready, lanes_of, stack
+from jaxmotor.prediction import Problem
 
 BATCH = 32
 """Motors in one call."""

@@ -15,11 +15,12 @@ from jaxtyping import Array, Float, Int
 
 from jaxmotor._precision import in_float64, to_jax
 from jaxmotor._programs import Arrays, program
-from jaxmotor.estimate import Problem, start_columns, whitened
+from jaxmotor.estimate import whitened
 from jaxmotor.fleet._batch import BATCH, Identified, in_turn, problem_in
 from jaxmotor.fleet._ready import Key, Ready, stack
 from jaxmotor.fleet._rubbing import simulate_rubbing
 from jaxmotor.motor import FirstOrder
+from jaxmotor.prediction import Problem, start_columns
 
 COARSE_STEPS, FINE_STEPS = 8, 6
 START_V = (0.1, 0.05)

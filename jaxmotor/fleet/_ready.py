@@ -7,7 +7,6 @@ import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate import (
-    Lanes,
     Prepared,
     SineData,
     enough_sines,
@@ -16,6 +15,7 @@ from jaxmotor.estimate import (
     prepare,
     sine_data,
 )
+from jaxmotor.prediction import Lanes
 from jaxmotor.recording import Recording
 
 LANE_STEP = 4

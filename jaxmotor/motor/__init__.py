@@ -15,8 +15,11 @@ from jaxmotor.motor._motor import simulate_motor as simulate_motor
 from jaxmotor.motor._motor import steps_for as steps_for
 from jaxmotor.motor._scan import scan_rows as scan_rows
 from jaxmotor.motor._simulate import Motion as Motion
+from jaxmotor.motor._simulate import driven as driven
 from jaxmotor.motor._simulate import simulate as simulate
+from jaxmotor.motor._simulate import switched as switched
 from jaxmotor.motor._warmth import warmth as warmth
+from jaxmotor.motor._zoh import hold_switched as hold_switched
 from jaxmotor.motor._zoh import hold_with_delay as hold_with_delay
 from jaxmotor.motor._zoh import mean_speed_response as mean_speed_response
 from jaxmotor.motor._zoh import paper_response as paper_response

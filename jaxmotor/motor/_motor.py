@@ -146,6 +146,8 @@ class _Spans(NamedTuple):
 
 class _Row(NamedTuple):
     volts: Scalar
+    """Asked for; where voltages may be early those of the next row."""
+    own: Scalar
     reset: Bool[Array, ""]
     speed: Scalar
     time: Scalar
@@ -234,8 +236,12 @@ def simulate_motor(
     `begin` the shaft stands at 0, in the middle of a count. `lengths` are a typical `duration` and the longest [s]:
     given them, many rows of durations of their own are interpolated, to parts in 1e9, instead of computed one by one;
     a row that is longer still is taken to be that long.
+
+    **Raises:** `ValueError` where voltages may be early and a `controller`, which does not know them yet, chooses them.
     """
     setup = _Setup(motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad)
+    if controller is not None and setup.parts.early:
+        raise ValueError("a controller cannot choose voltages that act before they are chosen")
     over = setup.over
     if lengths is not None:
         # As many steps in each row: loops side by side would wait for the longest, and do all else twice.
@@ -249,16 +255,19 @@ def simulate_motor(
             now = _spans(setup if lengths is not None else _stepped(setup, row.duration), row.duration, over)
         return _tick(setup, now, _begun(setup, carry, row), row)
 
-    _, run = scan_rows(tick, _start(setup, rows.volts.dtype, begin), _inputs(rows, duration), used)
+    inputs = _inputs(rows, duration, setup.parts.early)
+    _, run = scan_rows(tick, _start(setup, rows.volts.dtype, begin), inputs, used)
     return run
 
 
-def _inputs(rows: Rows, duration: Float[Array, "..."]) -> _Row:
+def _inputs(rows: Rows, duration: Float[Array, "..."], early: bool) -> _Row:
     lengths = jnp.broadcast_to(duration, rows.volts.shape)
     ended = jnp.concatenate([rows.time[:1], (rows.time + lengths)[:-1]])
     pause = jnp.maximum(rows.time - ended, 0.0)
     angle = None if rows.angle is None else _readings(rows.angle, rows.reset)
-    return _Row(rows.volts, rows.reset, rows.initial_speed, rows.time, pause, lengths, angle, rows.warmth)
+    ends = jnp.concatenate([rows.reset[1:], jnp.ones(1, bool)])
+    volts = jnp.where(ends, rows.volts, jnp.roll(rows.volts, -1)) if early else rows.volts
+    return _Row(volts, rows.volts, rows.reset, rows.initial_speed, rows.time, pause, lengths, angle, rows.warmth)
 
 
 def _readings(angle: Float[Array, " n"], reset: Bool[Array, " n"]) -> _Readings:
@@ -309,7 +318,7 @@ def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) ->
     if not delays:
         even, none = each(duration, steps), jnp.zeros_like(steps)
         return _Spans(even, even, none, steps, none)
-    ticks = sum(effect.delay() for effect in delays) / duration
+    ticks = jnp.maximum(sum(effect.delay() for effect in delays) / duration + float(setup.parts.early), 0.0)
     whole = jnp.clip(jnp.floor(ticks), 0.0, LONGEST_DELAY - 2.0)
     part = jnp.minimum(ticks - whole, 1.0)
     first = jnp.clip(jnp.ceil(part * steps.astype(part.dtype)).astype(steps.dtype), 1, steps)
@@ -336,7 +345,7 @@ def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
     new = carry._replace(
         x=setup.resting(row.speed),
         memory=tuple(effect.begin(memory, row.speed, pause) for effect, memory in effects),
-        past=jnp.zeros_like(carry.past),
+        past=jnp.zeros_like(carry.past).at[:1].set(row.own if setup.parts.early else 0.0),
         read=row.speed * row.duration,
         control=None if setup.controller is None else setup.controller.begin(),
     )

@@ -26,7 +26,12 @@ def hold_with_delay(
     Returns the tick's `Hold` with respect to the old voltage and to the new one; both have the same
     transition and turn.
     """
-    old, new = motor.hold(fraction * period), motor.hold((1 - fraction) * period)
+    return hold_switched(motor, fraction * period, period)
+
+
+def hold_switched(motor: AbstractLinearMotor, part: Float[Array, ""], period: Float[Array, ""]) -> tuple[Hold, Hold]:
+    """As `hold_with_delay`, of a tick of `period` [s] whose new voltage arrives `part` [s] after its begin."""
+    old, new = motor.hold(part), motor.hold(period - part)
     transition = new.transition @ old.transition
     turn = old.turn + new.turn @ old.transition
     before = Hold(transition, new.transition @ old.drive, turn, old.turn_drive + new.turn @ old.drive)

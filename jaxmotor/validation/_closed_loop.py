@@ -6,16 +6,19 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmotor.estimate import Model, bucket
+from jaxmotor._precision import to_jax
+from jaxmotor.estimate import Model
+from jaxmotor.motor import warmth
+from jaxmotor.prediction import bucket, pack, shaft_angles, supply_of
 from jaxmotor.recording import Recording
 from jaxmotor.validation._controller import Controller, compare_with_log, on_ticks
 from jaxmotor.validation._drawn_motors import draw_motors
 from jaxmotor.validation._draws import alone, interval, psi_of, relative_root, spread
 from jaxmotor.validation._effects_loop import Place, run_loops
+from jaxmotor.validation._effects_open import whole_log
 from jaxmotor.validation._loop_simulation import Sensor, simulate_loops
 from jaxmotor.validation._open_loop import initial_speed
 from jaxmotor.validation._response import Measures, Rows, measure, tail_of
-from jaxmotor.validation._shaft import bridge_supply, shaft_angles, warmth
 from jaxmotor.validation._validation import Band, ClosedLoop, Comparison, Interval
 
 OFF_PERCENT = 5.0
@@ -123,14 +126,23 @@ def _simulated(model: Model, ran: Ran, key: jax.Array, simulations: int) -> Runs
 
 
 def _simulated_with_effects(model: Model, ran: Ran, key: jax.Array, simulations: int) -> Runs:
-    recording, angles, warm = ran.recording, shaft_angles(ran.recording), warmth(model.whole, ran.recording)
-    angle, rise = (0.0 if columns is None else columns[ran.segment][0] for columns in (angles, warm))
-    place = Place.of(bridge_supply(recording), ran.begins_at, float(angle), float(rise))
+    recording, angles = ran.recording, shaft_angles(ran.recording)
+    angle = 0.0 if angles is None else float(angles[ran.segment][0])
+    place = Place.of(supply_of(recording), ran.begins_at, angle, _rise(model, recording, ran.segment))
     of_motors, of_encoders = jax.random.split(key)
     motors = draw_motors(model, simulations + 1, of_motors)
     rounded, seed = np.arange(simulations + 1) > 0, int(jax.random.bits(of_encoders))
     runs = run_loops(motors, rounded, ran.ticks, (recording, ran.controller, ran.now), place, seed)
     return Runs(runs["counted"], runs["volts"])
+
+
+def _rise(model: Model, recording: Recording, index: int) -> float:
+    """Of the winding's resistance where the segment `index` begins [1]."""
+    packed = pack(recording, (index,))
+    log = whole_log(model.whole, recording, packed)
+    rise = warmth(to_jax(model.whole), log.heard)
+    first = np.argmin(np.where(packed.segment_of == index, packed.row_of, len(recording.segments[index])))
+    return 0.0 if rise is None else float(rise[np.asarray(log.row).reshape(-1)[first]])
 
 
 def _sensor(recording: Recording) -> Sensor:

@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from jaxmotor.estimate import bucket
+from jaxmotor.prediction import bucket
 from jaxmotor.recording import Recording, Segment
 
 OFF_TOGETHER = 3

@@ -10,8 +10,8 @@ from jaxtyping import Array, Float, Int
 
 from jaxmotor._precision import to_jax
 from jaxmotor._programs import Arrays, program
-from jaxmotor.estimate import bucket
-from jaxmotor.motor import AbstractController, Begin, Motor, Rows, simulate_motor, steps_for
+from jaxmotor.motor import AbstractController, Begin, Motor, Rows, simulate_motor
+from jaxmotor.prediction import bucket, steps_per_row
 from jaxmotor.recording import Recording
 from jaxmotor.validation._controller import Controller, Law, agreeing_ticks, command, compare_with_log, on_ticks
 from jaxmotor.validation._draws import alone, interval, spread
@@ -19,8 +19,6 @@ from jaxmotor.validation._response import Rows as Part
 from jaxmotor.validation._response import measure, tail_of
 from jaxmotor.validation._validation import Band, Comparison, Interval
 
-MOST_STEPS = 10
-"""Per tick."""
 FEWEST = 20
 """Ticks of a run that says something."""
 FINE_RAD = 1e-9
@@ -144,7 +142,7 @@ def run_loops(
         to_jax(np.where(rounded, 2 * np.pi / counts if counts else FINE_RAD, FINE_RAD)),
         to_jax(np.where(rounded, controller.step_V, 0.0)),
     )
-    steps = min(steps_for(period, pole), MOST_STEPS)
+    steps = steps_per_row(period, pole)
     shared = Rig(law, to_jax(np.float64(period)), to_jax(np.int32(steps)), to_jax(np.int32(number)), place)
     reference = to_jax(np.full(bucket(number), controller.reference_rad_s))
     runs = loops_program(motors, each, reference, shared)

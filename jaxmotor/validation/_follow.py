@@ -5,7 +5,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from jaxmotor.estimate import Problem, predict, start_columns
+from jaxmotor.prediction import Problem, predict, start_columns
 
 
 @eqx.filter_jit

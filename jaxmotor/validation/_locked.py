@@ -7,11 +7,11 @@ import jax
 import numpy as np
 
 from jaxmotor._precision import to_jax, to_numpy
-from jaxmotor.estimate import Model, pack
+from jaxmotor.estimate import Model
 from jaxmotor.motor.effects import parameters
+from jaxmotor.prediction import Log, pack, shaft_angles
 from jaxmotor.recording import Recording
-from jaxmotor.validation._effects_open import Logged, follow_motors, linear_speeds, logged
-from jaxmotor.validation._shaft import shaft_angles
+from jaxmotor.validation._effects_open import follow_motors, linear_speeds, whole_log
 
 TRIED = 8
 """Phases at once."""
@@ -32,7 +32,7 @@ def in_place(model: Model, recording: Recording, segments: tuple[int, ...]) -> t
         note = f"the recording does not show the shaft's angle throughout, which {names} depends on; it is left out"
         return _without(model, locked), [note]
     packed = pack(recording, segments)
-    log, start = logged(model.whole, recording, packed), linear_speeds(model, packed)
+    log, start = whole_log(model.whole, recording, packed), linear_speeds(model, packed)
     for again in range(ROUNDS):
         width = math.pi * (2 / TRIED) ** again
         for k in locked:
@@ -40,7 +40,7 @@ def in_place(model: Model, recording: Recording, segments: tuple[int, ...]) -> t
     return model, [f"where {names} stands in this recording's angle is fitted to these data: one number each"]
 
 
-def _turned(model: Model, place: int, width: float, log: Logged, start: np.ndarray) -> Model:
+def _turned(model: Model, place: int, width: float, log: Log, start: np.ndarray) -> Model:
     """`model` with the phase of one effect at the best of a few within `width` [rad] of its own."""
     effect = model.effects[place]
     phases = float(effect.phase_rad) + width * (np.arange(TRIED) * 2 / TRIED - 1)  # pyright: ignore[reportAttributeAccessIssue]

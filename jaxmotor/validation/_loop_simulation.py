@@ -7,8 +7,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key
 
-from jaxmotor.estimate import motor_of
 from jaxmotor.motor import AbstractLinearMotor
+from jaxmotor.prediction import motor_of
 from jaxmotor.validation._controller import Law, command
 from jaxmotor.validation._draws import draw_psi
 

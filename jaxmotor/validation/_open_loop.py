@@ -3,22 +3,13 @@
 import jax.numpy as jnp
 import numpy as np
 
-from jaxmotor.estimate import (
-    Model,
-    Packed,
-    Trace,
-    as_problem,
-    chi2_per_sample,
-    fit_percent,
-    pack,
-    pieces_of,
-    traces_of,
-    without_beginnings,
-)
+from jaxmotor.estimate import Model, Trace, chi2_per_sample, fit_percent, traces_of
+from jaxmotor.prediction import Packed, as_problem, pack, pieces_of, without_beginnings
 from jaxmotor.recording import Recording
 from jaxmotor.validation._draws import psi_of
 from jaxmotor.validation._effects_open import follow_with_effects
 from jaxmotor.validation._follow import follow
+from jaxmotor.validation._timed import is_timed
 from jaxmotor.validation._validation import OpenLoop, Score
 
 
@@ -28,7 +19,7 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     Nothing of the motor is fitted. A piece that begins in motion, or after lost ticks, begins at the speed that fits
     it best: one number for each. The model's voltage offset counts as part of the rig.
     """
-    packed = pack(recording, segments)
+    packed = pack(recording, segments, rest_before=is_timed(model))
     if model.effects:
         packed = without_beginnings(recording, packed)
     _, residual = followed(model, recording, packed)

@@ -9,6 +9,7 @@ from jaxmotor.recording import Recording, Segment
 from jaxmotor.validation._draws import interval, psi_of, relative_root, spread
 from jaxmotor.validation._effects_open import mean_of_motors
 from jaxmotor.validation._response import Measures, Rows, measure, tail_of
+from jaxmotor.validation._timed import is_timed
 from jaxmotor.validation._trials import Trials, mean_of_trials, trials_of
 from jaxmotor.validation._validation import Band, Comparison, Interval, StepTrials
 
@@ -17,7 +18,7 @@ def validate_steps(
     model: Model, recording: Recording, segments: tuple[int, ...], key: jax.Array, simulations: int
 ) -> StepTrials:
     """`segments` (indices), all trials of one step."""
-    trials = trials_of(recording, segments)
+    trials = trials_of(recording, segments, is_timed(model))
     encoded, nominal, speeds = _simulated(trials, model, recording, key, simulations)
     present = np.asarray(np.isfinite(trials.measured).any(axis=0))
     mean, half_width = _measured_band(trials, present)

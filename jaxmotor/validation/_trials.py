@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int, Key
 
-from jaxmotor.estimate import Packed, Problem, as_problem, bucket, pack, predict
+from jaxmotor.prediction import Packed, Problem, as_problem, bucket, pack, predict
 from jaxmotor.recording import Recording, Segment, lost_ticks
 from jaxmotor.validation._draws import draw_psi
 from jaxmotor.validation._follow import follow
@@ -54,9 +54,9 @@ def _signature(segment: Segment) -> tuple:
     return (segment.at_rest, segment.tick[changes].tobytes(), segment.volts[changes].tobytes())
 
 
-def trials_of(recording: Recording, segments: tuple[int, ...]) -> Trials:
-    """The trials `segments` (indices), brought to common rows."""
-    packed = pack(recording, segments)
+def trials_of(recording: Recording, segments: tuple[int, ...], rest_before: bool = False) -> Trials:
+    """The trials `segments` (indices), brought to common rows; `rest_before` as for `pack`."""
+    packed = pack(recording, segments, rest_before=rest_before)
     used = packed.segment_of >= 0
     bins = np.where(used, packed.row_of, 0)
     for index in segments:

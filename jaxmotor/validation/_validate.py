@@ -14,6 +14,7 @@ from jaxmotor.validation._draws import relative_root
 from jaxmotor.validation._locked import in_place
 from jaxmotor.validation._open_loop import has_pieces, score_open_loop
 from jaxmotor.validation._steps import validate_steps
+from jaxmotor.validation._timed import in_time
 from jaxmotor.validation._trials import group_steps
 from jaxmotor.validation._validation import Skipped, Validation
 
@@ -53,6 +54,7 @@ def validate(model: Model, recording: Recording, *, seed: int = 0, simulations: 
     scored = tuple(sorted((*plan.open_loop, *plan.closed_loop)))
     known = model
     model, placed = in_place(known, recording, scored)
+    shown, timed = in_time(model, recording, plan.open_loop)
     simulations = _affordable(recording, simulations)
     key = jax.random.key(seed)
     steps = group_steps(recording, plan.open_loop)
@@ -62,9 +64,9 @@ def validate(model: Model, recording: Recording, *, seed: int = 0, simulations: 
         fitted=plan.fitted,
         scored=scored,
         skipped=plan.skipped,
-        open_loop=score_open_loop(model, recording, plan.open_loop) if plan.open_loop else None,
+        open_loop=score_open_loop(shown, recording, plan.open_loop) if plan.open_loop else None,
         steps=tuple(
-            validate_steps(model, recording, group, jax.random.fold_in(key, group[0]), simulations) for group in steps
+            validate_steps(shown, recording, group, jax.random.fold_in(key, group[0]), simulations) for group in steps
         ),
         closed_loop=tuple(
             validate_closed_loop(model, recording, index, controller, jax.random.fold_in(key, index), simulations)
@@ -72,7 +74,7 @@ def validate(model: Model, recording: Recording, *, seed: int = 0, simulations: 
         ),
         seed=seed,
         simulations=simulations,
-        notes=(*_notes(model, recording, plan), *placed, *plan.notes),
+        notes=(*_notes(model, recording, plan), *placed, *timed, *plan.notes),
     )
 
 

@@ -15,7 +15,7 @@ from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._spline import Spline, spline_over
 from jaxmotor.diagnosis._split import split
 from jaxmotor.diagnosis._trial import trial_of
-from jaxmotor.estimate import ROOMY, pack
+from jaxmotor.prediction import ROOMY, pack
 from jaxmotor.recording import Recording, Segment
 
 RUNS = [*plan(), *(sine(f, amplitude=2.0) for f in (0.7037, 1.507, 3.011))]

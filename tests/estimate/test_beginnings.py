@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jaxmotor.estimate import pack, without_beginnings
+from jaxmotor.prediction import pack, without_beginnings
 from jaxmotor.recording import Recording, Segment
 
 PERIOD_S = 0.01

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from made import COUNTS, PERIOD, counted, motion, recording
 
-from jaxmotor.estimate import angle_fit_percent, chi2_per_sample, floors, pack, traces_of
+from jaxmotor.estimate import angle_fit_percent, chi2_per_sample, floors, traces_of
+from jaxmotor.prediction import pack
 
 GAIN, POLE = 11.0, 40.0
 

@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 from speed_logs import Result, results, speed_log
 
 from jaxmotor.estimate import identify, pack, to_json
-from jaxmotor.estimate._noise import grid_step
+from jaxmotor.prediction._noise import grid_step
 from jaxmotor.recording import Recording, Segment
 
 COUNT = 2 * np.pi / 1200

@@ -212,6 +212,9 @@ class AbstractSourceEffect(AbstractEffect):
 class AbstractDelayEffect(AbstractEffect):
     """Time passes between a command and the voltage."""
 
+    early: ClassVar[bool] = False
+    """It may be negative, by less than a row."""
+
     @abc.abstractmethod
     def delay(self) -> Scalar:
         """How late the voltage is [s]."""

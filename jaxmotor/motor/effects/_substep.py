@@ -39,6 +39,11 @@ class Parts(NamedTuple):
         return any(effect.lagless for effect in self.windings)
 
     @property
+    def early(self) -> bool:
+        """Voltages may act before their row."""
+        return any(effect.early for effect in self.delays)
+
+    @property
     def steady(self) -> bool:
         """Nothing changes within a tick but what moves exactly: one step is as good as many."""
         return not (self.windings or self.torques or self.frictions or self.loads or self.counts or self.memories)

@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from jaxmotor.estimate._flexible_model import LogRows, flexible_model
+from jaxmotor.prediction._flexible_model import LogRows, flexible_model
 from jaxmotor.recording import LogUnit, Recording, log_unit
 
 FEWEST = 20

@@ -10,8 +10,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from jaxmotor.estimate._flexible_model import LogRows
-from jaxmotor.estimate._noise import Noise, estimated, rounding, unknown
+from jaxmotor.prediction._flexible_model import LogRows
+from jaxmotor.prediction._noise import Noise, estimated, rounding, unknown
 from jaxmotor.recording import Recording, Segment, at_duty
 
 LANES = 16
@@ -97,6 +97,8 @@ class Piece(NamedTuple):
     segment: int
     rows: slice
     free: bool
+    rest: bool = False
+    """A row of rest, in which nothing was measured, comes before its first."""
 
 
 class Room(NamedTuple):
@@ -112,13 +114,18 @@ class Room(NamedTuple):
 ROOMY = Room(16, 2048, 64)
 
 
-def pack(recording: Recording, segments: tuple[int, ...], room: Room | None = None) -> Packed:
+def pack(
+    recording: Recording, segments: tuple[int, ...], room: Room | None = None, rest_before: bool = False
+) -> Packed:
     """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted.
 
-    `room` asks for one of few shapes.
+    `room` asks for one of few shapes. With `rest_before` a row of rest comes before pieces that are driven from their
+    first row on: readings that are late show in it what that row does before it is read.
     """
     observation = _observation(recording)
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
+    if rest_before:
+        pieces = [piece._replace(rest=_driven_at_once(recording, piece)) for piece in pieces]
     lane_of, start_of, length = _place([_size(piece) for piece in pieces], room.lanes if room else None)
     shape = (room.lanes, _rows(room, length)) if room else (max(lane_of) + 1, bucket(length))
     number_of_pieces = max(_power_of_two(len(pieces)), room.pieces if room else 1)
@@ -138,15 +145,18 @@ def pack(recording: Recording, segments: tuple[int, ...], room: Room | None = No
     )
     segment_of, row_of, time_s = np.full(shape, -1), np.zeros(shape, int), np.zeros(shape)
     for number, (piece, lane, start) in enumerate(zip(pieces, lane_of, start_of, strict=True)):
-        cells = (lane, slice(start, start + _size(piece)))
         segment = recording.segments[piece.segment]
-        _fill(packed, cells, recording, piece, observation)
-        rows = np.arange(piece.rows.start, piece.rows.stop)
+        _fill(packed, (lane, slice(start + piece.rest, start + _size(piece))), recording, piece, observation)
+        cells = (lane, slice(start, start + _size(piece)))
+        rows = np.maximum(np.arange(piece.rows.start - piece.rest, piece.rows.stop), piece.rows.start)
+        packed.reset[cells] = np.arange(len(rows)) == 0
         packed.piece[cells] = number
         packed.cluster[cells] = blocks[piece.segment].of(rows)
         segment_of[cells] = piece.segment
         row_of[cells] = rows
-        time_s[cells] = segment.time_s[piece.rows]
+        time_s[cells] = segment.time_s[rows]
+        if piece.rest and packed.duration.ndim:
+            packed.duration[lane, start] = packed.duration[lane, start + 1]
     found = Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
     return found if observation.floor_known else _in_noise(recording, found, segments)
 
@@ -155,7 +165,6 @@ def _fill(lanes: Lanes, cells: tuple[int, slice], recording: Recording, piece: P
     segment, rows = recording.segments[piece.segment], piece.rows
     time = segment.time_s[rows]
     lanes.volts[cells] = segment.volts[rows]
-    lanes.reset[cells[0], cells[1].start] = True
     lanes.free[cells[0], cells[1].start] = float(piece.free)
     if lanes.duration.ndim:
         lanes.duration[cells] = np.diff(time, append=time[-1] + 1.0)
@@ -203,8 +212,12 @@ def pieces_of(recording: Recording, index: int) -> list[Piece]:
     return [piece for piece in pieces if _size(piece) >= 2]
 
 
+def _driven_at_once(recording: Recording, piece: Piece) -> bool:
+    return not piece.free and bool(recording.segments[piece.segment].volts[piece.rows.start] != 0.0)
+
+
 def _size(piece: Piece) -> int:
-    return piece.rows.stop - piece.rows.start
+    return piece.rows.stop - piece.rows.start + piece.rest
 
 
 def _place(sizes: list[int], lanes: int | None) -> tuple[list[int], list[int], int]:

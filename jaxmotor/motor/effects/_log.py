@@ -1,0 +1,31 @@
+"""What a log gets wrong, not the motor: never named as an effect, but fitted as one."""
+
+from typing import ClassVar
+
+from jaxmotor.motor.effects._base import (
+    AbstractDelayEffect,
+    AbstractEffect,
+    AbstractSensorEffect,
+    Rig,
+    Scalar,
+    parameter,
+)
+
+
+class TimingOffset(AbstractSensorEffect, AbstractDelayEffect):
+    """y(t + d): each row was read some time after its voltage changed, or before; by less than a row."""
+
+    name: ClassVar[str] = "timing_offset"
+    says: ClassVar[str] = "rows are read {offset_s} after their voltage changes"
+    advice: ClassVar[str] = "State it in the header (duty_delay_s), or read the encoder where the duty is set."
+    early: ClassVar[bool] = True
+    offset_s: Scalar = parameter("s", "signed", neutral=0.0, start=1e-4, scale=1e-3)
+    """d, negative where rows are read before [s]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.of(offset_s=0.05 * rig.period_s),)
+
+    def delay(self) -> Scalar:
+        """Readings that are late see the voltages early."""
+        return -self.offset_s

@@ -1,0 +1,80 @@
+"""Where pieces begin: in motion, at a speed that is fitted, and while the voltage before them may still act."""
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+
+from jaxmotor.prediction._packing import Packed
+from jaxmotor.recording import Recording
+
+LATE = 4
+"""Ticks for which a voltage may still act: more than a hobby rig's delay, and three times the current's lag."""
+SPEED_STEP = 0.05
+"""Over which initial speeds are differenced [rad/s]."""
+ROUNDS = 3
+
+
+def without_beginnings(recording: Recording, packed: Packed) -> Packed:
+    """`packed` without what was observed in the first rows of pieces before which other voltages had been applied.
+
+    A piece that does not begin at rest begins at a speed that is fitted. A delay, or the current's lag, carries older
+    voltages into it, which the piece does not hold; once they have passed, that speed makes up for them.
+    """
+    valid = packed.lanes.valid.copy()
+    for lane, first in zip(*np.nonzero(packed.lanes.free), strict=True):
+        segment, row = int(packed.segment_of[lane, first]), int(packed.row_of[lane, first])
+        if row == 0 and not _driven_before(recording, segment):
+            continue
+        rows = np.flatnonzero(valid[lane] & (packed.lanes.piece[lane] == packed.lanes.piece[lane, first]))
+        valid[lane, rows[: min(LATE, len(rows) // 3)]] = False
+    return dataclasses.replace(packed, lanes=packed.lanes._replace(valid=valid))
+
+
+def _driven_before(recording: Recording, index: int) -> bool:
+    """A voltage was applied within `LATE` ticks before the segment `index`."""
+    if index == 0:
+        return False
+    before, segment = recording.segments[index - 1], recording.segments[index]
+    tick = recording.period_s or float(np.median(np.diff(segment.time_s)))
+    ago = segment.start_s - (before.start_s + before.time_s)
+    return bool((before.volts[(ago > 0) & (ago < (LATE + 0.5) * tick)] != 0).any())
+
+
+def fit_initial_speeds(
+    residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, piece: np.ndarray
+) -> np.ndarray:
+    """The initial speeds (batch, k) [rad/s] that fit each piece best, sought from `start` (batch, k).
+
+    `residuals` (2 batch, n) of speeds (2 batch, k) belong to pieces `piece` (n,). Gauss-Newton, a piece by itself.
+    """
+    speeds, step, least = start, np.zeros_like(start), np.full(start.shape, np.inf)
+    for _ in range(ROUNDS):
+        tried = speeds + step
+        residual, moved = np.split(residuals(np.concatenate([tried, tried + SPEED_STEP])), 2)
+        square = _by_piece(residual**2, piece, start.shape[1])
+        # Near rest friction bends what a speed does; a step that makes a piece worse is not taken.
+        better = square < least
+        speeds, least = np.where(better, tried, speeds), np.where(better, square, least)
+        column = (moved - residual) / SPEED_STEP
+        size = _by_piece(column**2, piece, start.shape[1])
+        right = _by_piece(column * residual, piece, start.shape[1])
+        step = np.where(better, -right / np.where(size > 1e-12, size, np.inf), 0.5 * step)
+    return speeds
+
+
+def without_initial_speeds(
+    columns: np.ndarray, starts: np.ndarray, piece: np.ndarray, pieces: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """`columns` (n, c) without what initial speeds explain, and the speeds (pieces, c) that explain it.
+
+    `starts` (n,) is what one rad/s of initial speed adds to the piece `piece` (n,) that a row belongs to.
+    """
+    size = np.bincount(piece, starts**2, pieces)
+    shift = _by_piece((starts[:, None] * columns).T, piece, pieces).T / np.where(size > 1e-12, size, np.inf)[:, None]
+    return columns - starts[:, None] * shift[piece], shift
+
+
+def _by_piece(values: np.ndarray, piece: np.ndarray, pieces: int) -> np.ndarray:
+    """(batch, pieces) sums of `values` (batch, n)."""
+    return np.stack([np.bincount(piece, row, pieces) for row in values])

@@ -1,0 +1,77 @@
+"""A recording as the simulation of motors with effects needs it."""
+
+import dataclasses
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from jaxmotor._precision import to_jax
+from jaxmotor.motor import steps_for
+from jaxmotor.motor.effects import Heard
+from jaxmotor.prediction._packing import Packed
+from jaxmotor.prediction._problem import Problem, as_problem
+from jaxmotor.prediction._shaft import heard, rows_heard, shaft_angles, supply_of, time_of
+from jaxmotor.recording import Recording
+
+MOST_STEPS = 10
+"""Per row: with twice as many no law here changes chi2 by more than 0.003."""
+
+
+class Log(eqx.Module):
+    """One recording, and what must be known of its rig. Static fields choose the program, arrays are its data."""
+
+    problem: Problem
+    time: Float[Array, "lane row"]
+    """Since the recording began [s]."""
+    angle: Float[Array, "lane row"] | None
+    """Measured [rad]; None where it is not known throughout."""
+    heard: Heard
+    """All rows in their order, from which the winding's warmth follows."""
+    row: Int[Array, "lane row"]
+    """Which of those each row of a lane is."""
+    supply: Float[Array, ""]
+    """Nominal [V]."""
+    steps: Int[Array, ""]
+    """Steps per row."""
+    used: Int[Array, ""]
+    """Rows of the fullest lane; the others are padding."""
+    lengths: Float[Array, " 2"] | None
+    """A typical duration of a row and the longest [s], where rows have durations of their own."""
+
+    @property
+    def valid(self) -> Bool[np.ndarray, "lane row"]:
+        return np.asarray(self.problem.lanes.valid)
+
+
+def log_of(recording: Recording, packed: Packed, pole_rad_s: float, everything: Packed | None = None) -> Log:
+    """`packed` segments of `recording`, for motors of about this pole; `everything` that was measured warmed them."""
+    everything = packed if everything is None else everything
+    angles = shaft_angles(recording)
+    period, longest = packed.durations
+    return Log(
+        # One program for all recordings of a size: what only estimates need is made equal.
+        dataclasses.replace(as_problem(packed), clusters=0, floor_known=True, free=False),
+        to_jax(time_of(recording, packed)),
+        None if angles is None else to_jax(_angle(angles, packed)),
+        heard(recording, everything),
+        to_jax(rows_heard(recording, packed, everything)),
+        to_jax(np.float64(supply_of(recording))),
+        to_jax(np.int32(steps_per_row(period, pole_rad_s))),
+        to_jax(np.int32(np.nonzero(packed.segment_of >= 0)[1].max() + 1)),
+        None if packed.lanes.duration.ndim == 0 else to_jax(np.array([period, longest])),
+    )
+
+
+def _angle(columns: list[np.ndarray], packed: Packed) -> np.ndarray:
+    """(lane, row) of `columns`, one for each segment, but for whole turns."""
+    angle = np.zeros(packed.row_of.shape)
+    for index in np.unique(packed.segment_of[packed.segment_of >= 0]):
+        cells = packed.segment_of == index
+        angle[cells] = columns[index][packed.row_of[cells]]
+    return angle - angle[packed.segment_of >= 0].min(initial=0.0) // (2 * np.pi) * (2 * np.pi)
+
+
+def steps_per_row(duration_s: float, pole_rad_s: float) -> int:
+    """Steps in which rows of `duration_s` are simulated for motors of about this pole."""
+    return min(steps_for(duration_s, pole_rad_s), MOST_STEPS)

@@ -1,0 +1,60 @@
+"""A packed recording on its way into JAX: what was applied, what was read, and how."""
+
+from typing import Literal
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from jaxmotor._precision import to_jax
+from jaxmotor.prediction._packing import Lanes, Packed
+
+
+class Problem(eqx.Module):
+    """One recording, and what is asked of it. Static fields choose the program, arrays are its data."""
+
+    lanes: Lanes
+    unit: Float[Array, ""]
+    window: Float[Array, ""]
+    kind: Literal["turn", "speed", "window"] = eqx.field(static=True)
+    floor_known: bool = eqx.field(static=True)
+    pieces: int = eqx.field(static=True)
+    clusters: int = eqx.field(static=True)
+    free: bool = eqx.field(static=True)
+    """Some piece begins at an unknown speed."""
+    row: Float[Array, ""] | None = None
+    """Typical duration of a row [s], in which ψ holds the timing offset; None where the log's timing is known."""
+
+    @property
+    def floor(self) -> float:
+        """Variance of one observation from the encoder alone [units²]."""
+        return 1 / 6 if self.kind == "turn" else 1 / 12
+
+    @property
+    def shared(self) -> float:
+        """Covariance between neighbours from the encoder alone, with its sign changed [units²]."""
+        return 1 / 12 if self.kind == "turn" else 0.0
+
+    @property
+    def begins(self) -> Bool[Array, "lane row"]:
+        """Rows whose error shares nothing with the row before."""
+        lanes = self.lanes
+        before = jnp.pad(lanes.valid[:, :-1], ((0, 0), (1, 0)))
+        return jnp.asarray(lanes.reset) | ~before
+
+
+def as_problem(packed: Packed, timed: bool = False) -> Problem:
+    """`packed` with what the solver needs to know of it; with `timed` its timing offset is unknown."""
+    observation, lanes = packed.observation, packed.lanes
+    return Problem(
+        lanes,
+        to_jax(observation.unit),
+        to_jax(observation.window_s),
+        observation.kind,
+        observation.floor_known,
+        packed.pieces,
+        packed.clusters,
+        bool(lanes.free.any()),
+        to_jax(np.float64(packed.durations[0])) if timed else None,
+    )

@@ -1,0 +1,63 @@
+"""What laws need to know of a recording beside its voltage: supply, angle of the shaft, what heated the winding."""
+
+import numpy as np
+from jaxtyping import Int
+
+from jaxmotor._precision import to_jax
+from jaxmotor.motor.effects import Heard
+from jaxmotor.prediction._packing import Packed
+from jaxmotor.recording import Recording
+
+
+def supply_of(recording: Recording) -> float:
+    """Nominal supply, or the largest voltage that was applied where none is stated [V]."""
+    largest = max(float(np.abs(segment.volts).max()) for segment in recording.segments)
+    return max(recording.supply_V or 0.0, largest, 1e-3)
+
+
+def shaft_angles(recording: Recording) -> list[np.ndarray] | None:
+    """(n,) measured angle of each segment [rad], all from one zero; None where that is not known."""
+    segments = recording.segments
+    if recording.measured == "speed" or (recording.count_resets and len(segments) > 1):
+        return None
+    if recording.measured == "angle":
+        return [np.asarray(segment.angle_rad) for segment in segments]
+    assert recording.counts_per_rev is not None
+    return [np.asarray(segment.count) * (2 * np.pi / recording.counts_per_rev) for segment in segments]
+
+
+def heard(recording: Recording, packed: Packed) -> Heard:
+    """All rows of `packed` in the order in which they were measured, for what goes on from one experiment to the next.
+
+    There are as many as `packed` has room for, the last of them empty: one program serves many recordings.
+    """
+    cells, lanes, unit = packed.segment_of >= 0, packed.lanes, packed.observation.unit
+    time = time_of(recording, packed)
+    order = np.argsort(time[cells], kind="stable")
+    duration, _ = packed.durations
+    speed, variance = lanes.observed * unit, unit**2 / 12
+    if packed.observation.kind == "turn":
+        speed, variance = speed / np.asarray(lanes.duration), 2 * variance / duration**2
+    # A tick without a measurement moved about as the one before it.
+    speed = np.where(lanes.valid, speed, np.roll(speed, 1, axis=1))
+    padding = np.zeros(cells.size - len(order))
+    volts, speed, time = (np.concatenate([array[cells][order], padding]) for array in (lanes.volts, speed, time))
+    length, supply, noise = (np.float64(number) for number in (duration, supply_of(recording), variance))
+    return to_jax(Heard(volts, speed, time, np.int32(len(order)), length, supply, noise))  # pyright: ignore[reportArgumentType]
+
+
+def rows_heard(recording: Recording, packed: Packed, everything: Packed) -> Int[np.ndarray, "lane row"]:
+    """Which row of `heard(recording, everything)` each row of `packed` is, or is followed by in its segment."""
+    cells, many = everything.segment_of >= 0, max(map(len, recording.segments))
+    number = everything.segment_of[cells] * many + everything.row_of[cells]
+    known = np.argsort(number)
+    wanted = np.searchsorted(number[known], packed.segment_of * many + packed.row_of)
+    place = np.argsort(np.argsort(time_of(recording, everything)[cells], kind="stable"))
+    rows = place[known[np.minimum(wanted, len(known) - 1)]]
+    return np.where(packed.segment_of >= 0, rows, 0).astype(np.int32)
+
+
+def time_of(recording: Recording, packed: Packed) -> np.ndarray:
+    """(lane, row) since the recording began [s]; zero where there is no row."""
+    start = np.array([segment.start_s for segment in recording.segments])
+    return np.where(packed.segment_of >= 0, start[packed.segment_of] + packed.time_s, 0.0)
