@@ -5,7 +5,8 @@ import pytest
 from scipy.signal import lfilter
 from speed_logs import Result, results, speed_log
 
-from jaxmotor.estimate import identify, pack, to_json
+from jaxmotor.estimate import identify, to_json
+from jaxmotor.prediction import pack
 from jaxmotor.prediction._noise import grid_step
 from jaxmotor.recording import Recording, Segment
 

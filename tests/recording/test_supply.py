@@ -145,7 +145,7 @@ def test_files_keep_what_was_logged(tmp_path):
         again = read(tmp_path / "r.csv")
         np.testing.assert_array_equal(again.segments[0].volts, one.segments[0].volts)
         np.testing.assert_array_equal(again.segments[0].supply_V, supply)
-        assert logs_supply(again)
+        assert logs_supply(again) == (version == 1), "too few readings in the other"
     text = (tmp_path / "r.csv").read_text()
     (tmp_path / "bad.csv").write_text(text.replace(",nan\n", ",nan,\n", 1))
     with pytest.raises(RecordingError, match="fields where the columns"):
