@@ -43,7 +43,7 @@ static const struct key {
     KEY(battery, cutoff_at_s, NEVER, WHEN),
     KEY(battery, cutoff_V, 0, VOLTS),
     KEY(bridge, diode_V, 0.7, VOLTS),
-    KEY(encoder, counts_per_rev, 617.4, 1e-3, 1e6),
+    KEY(encoder, counts_per_rev, 617.4, 1e-3, 1e8),
     KEY(encoder, start_fraction, -1, -1, 1),
     KEY(encoder, start_angle_rad, NEVER, ANGLE),
     KEY(wiring, motor_swapped, 0, 0, 1),

@@ -318,7 +318,9 @@ def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) ->
     if not delays:
         even, none = each(duration, steps), jnp.zeros_like(steps)
         return _Spans(even, even, none, steps, none)
-    ticks = jnp.maximum(sum(effect.delay() for effect in delays) / duration + float(setup.parts.early), 0.0)
+    ticks = sum((effect.delay() for effect in delays), jnp.zeros_like(duration)) / duration
+    if setup.parts.early:  # and nowhere else: at a delay of zero the limit would halve its derivative
+        ticks = jnp.maximum(ticks + 1.0, 0.0)
     whole = jnp.clip(jnp.floor(ticks), 0.0, LONGEST_DELAY - 2.0)
     part = jnp.minimum(ticks - whole, 1.0)
     first = jnp.clip(jnp.ceil(part * steps.astype(part.dtype)).astype(steps.dtype), 1, steps)
