@@ -100,10 +100,10 @@ def _groups(found: Iterable[Tally]) -> Iterator[str]:
 
 def _why(tally: Tally) -> str:
     if tally.rows + tally.lost == 0:
-        return "not run" if not tally.unknown else "not heard of"
+        return "not run" if not tally.unknown else "not reported by the board"
     parts = [
         f"{tally.lost} lost on the line" if tally.lost else "",
         f"{tally.not_run} not run" if tally.not_run else "",
-        f"{tally.unknown} not heard of" if tally.unknown else "",
+        f"{tally.unknown} not reported by the board" if tally.unknown else "",
     ]
     return " and ".join(part for part in parts if part) or "not confirmed by the board"

@@ -96,7 +96,7 @@ def test_a_stop_says_what_did_not_run():
 
 def test_a_board_that_dies_is_not_heard_of():
     run = heard(FULL[:40])
-    assert "experiments 2 to 3 not heard of" in missing(tallies(PLAN, [run]))
+    assert "experiments 2 to 3 not reported by the board" in missing(tallies(PLAN, [run]))
     assert not run.log.accounted and not run.done
 
 
