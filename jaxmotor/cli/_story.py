@@ -11,6 +11,7 @@ from jaxmotor.validation import Interval
 from jaxmotor.words import (
     LOOP,
     bracket,
+    likely,
     looks_like,
     loop_of,
     may_be,
@@ -65,7 +66,7 @@ def _wrong(diagnosis: Diagnosis) -> list[str]:
 
 
 def _why(diagnosis: Diagnosis) -> list[str]:
-    lines = [f"{found.name}: {sentence(found)}" for found in diagnosis.effects]
+    lines = [f"{found.name}{likely(found)}: {sentence(found)}" for found in diagnosis.effects]
     left = looks_like(diagnosis)
     return lines if left is None else [*lines, left]
 

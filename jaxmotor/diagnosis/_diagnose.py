@@ -9,7 +9,7 @@ from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._free import linear_of, without_timing
-from jaxmotor.diagnosis._held_out import HeldOut, kept, worth_of
+from jaxmotor.diagnosis._held_out import HeldOut, hold_out, kept, worth_of
 from jaxmotor.diagnosis._joint import joint_covariance
 from jaxmotor.diagnosis._looks import Look, looks
 from jaxmotor.diagnosis._loops import loop_gains
@@ -23,6 +23,7 @@ from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._suspects import secants
 from jaxmotor.diagnosis._timed import timed, timing_of
 from jaxmotor.diagnosis._trial import rig_of
+from jaxmotor.diagnosis._validated_search import ValidatedSearch
 from jaxmotor.estimate import Fit, Trace, best_guess, identify
 from jaxmotor.motor import EFFECTS, Motor
 from jaxmotor.motor.effects import TimingOffset
@@ -55,8 +56,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
     missing = _missing(study, linear.motor, before.traces)
     found_looks = looks(missing, seed)
-    search = None if study.timed else _search(study, first, linear, found_looks)
-    found, held = kept(study, search.run() if search else Found(linear, linear, ()), search)
+    found, held = _found(study, first, linear, found_looks)
     after = scored(study.solver, found.fitted.motor, recording, study.packed, found.fitted.speeds)
     left = _missing(study, found.fitted.motor, after.traces) if found.named else missing
     left_looks = looks(left, seed) if found.named else found_looks
@@ -109,12 +109,22 @@ def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | N
         return best_guess(recording, str(refused)), refused
 
 
-def _search(study: Study, first: Motor, linear: Fitted, found: tuple[Look, ...]) -> Search | None:
-    """For effects; none where something outside the motor moves it, which several effects would seem to explain."""
-    if any(look.outside and look.share > OUTSIDE for look in found):
-        return None
+def _found(study: Study, first: Motor, linear: Fitted, seen: tuple[Look, ...]) -> tuple[Found, HeldOut]:
+    """The effects, and what they are worth.
+
+    Of counts none are sought where something outside the motor moves it, which several would seem to explain. Where the
+    noise is not known, or the effects do not come down to it, they are chosen by what they predict.
+    """
     rig = rig_of(study.recording, study.trial)
-    return Search(study.solver, first, linear, secants(study.solver, linear, rig))
+    if study.packed.observation.floor_known:
+        if study.timed or any(look.outside and look.share > OUTSIDE for look in seen):
+            return kept(study, Found(linear, linear, ()), None)
+        search = Search(study.solver, first, linear, secants(study.solver, linear, rig))
+        found, held = kept(study, search.run(), search)
+        if found.fitted.chi2 <= enough(found.fitted.names, EXPLAINED):
+            return found, held
+    found = ValidatedSearch(study.solver, first, linear, rig).run()
+    return found, hold_out(study, found)
 
 
 def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVolts:
@@ -122,7 +132,7 @@ def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVo
 
 
 def _verdict(found: Found, first: tuple[Look, ...], left: MissingVolts, left_looks: tuple[Look, ...]) -> Verdict:
-    if any(look.outside and look.share > OUTSIDE for look in first):
+    if not found.named and any(look.outside and look.share > OUTSIDE for look in first):
         return "unexplained"
     if found.fitted.chi2 > enough(found.fitted.names, EXPLAINED):
         return "unexplained"
@@ -137,20 +147,26 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
     errors = effect_errors(found.fitted, spread, rig)
     effects = []
     rivals = _rivals(held, found)
+    probability = {named.name: (named.probability, named.with_equal) for named in found.named}
     for effect, error in zip(found.fitted.motor.effects, errors, strict=True):
         if isinstance(effect, TimingOffset):
             continue
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
-        effects.append(FoundEffect(effect, error, gain, rivals[effect.name], _unknown(effect, error)))
+        effects.append(
+            FoundEffect(effect, error, gain, rivals[effect.name], _unknown(effect, error), *probability[effect.name])
+        )
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
 
 
 def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:
     """Of each effect."""
     pairs = [(named, other) for named in found.named for other in named.rivals[:RIVALS]]
-    bar = held.fitted.chi2 + RIVALRY
-    drifts = side_by_side(lambda pair: held.drift(pair[1].motor, pair[1], bar), pairs)
+    least = held.fitted.chi2 + RIVALRY
+    bars = [least if named.equal is None else np.inf for named, _ in pairs]
+    drifts = side_by_side(
+        lambda pair: held.drift(pair[0][1].motor, pair[0][1], pair[1]), list(zip(pairs, bars, strict=True))
+    )
     rivals: dict[str, list[Rival]] = {named.name: [] for named in found.named}
     for (named, other), drift in zip(pairs, drifts, strict=True):
         name = next(name for name in other.names if name not in found.fitted.names)
@@ -158,7 +174,7 @@ def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:
             continue  # it explains nothing
         excess = drift - held.after.drift
         same = any({name, named.name} == pair for pair in SAME[:1])
-        close = excess < CLOSE
+        close = excess < CLOSE if named.equal is None else name in named.equal
         rivals[named.name].append(Rival(name, excess, bool(same or close)))
     return {name: tuple(sorted(its, key=lambda rival: rival.chi2_excess)) for name, its in rivals.items()}
 

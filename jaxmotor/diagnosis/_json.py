@@ -51,6 +51,8 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
             for rival in found.rivals
         ],
         "not_identifiable": list(found.unknown),
+        "probability": found.probability,
+        "family_probability": found.family_probability,
     }
 
 

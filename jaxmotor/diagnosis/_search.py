@@ -96,6 +96,12 @@ class Named:
     name: str
     rivals: tuple[Fitted, ...]
     """Motors with another effect in its place, the best first."""
+    probability: float | None = None
+    """Where the noise is not known: the sum of the weights of all models that have it."""
+    with_equal: float | None = None
+    """The same with effects that are not told from it."""
+    equal: frozenset[str] | None = None
+    """The same: effects of `rivals` that blocks left out do not tell from it."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -236,7 +242,7 @@ class Search:
         if starts[0].effect.beside:
             bar = math.inf
         # Of laws with a single shape all starts lead to one place.
-        single = explained or len({_shape(start) for start in starts}) == 1
+        single = explained or len({shape_of(start) for start in starts}) == 1
         fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE, steps=steps, bar=bar)
         fitted: list[Fitted] = []
         for start in starts[: 1 if single else 2]:
@@ -388,7 +394,7 @@ def _is_simpler(one: Fitted, other: Fitted) -> bool:
     return len(own) == len(others) == 1 and own.pop() in EFFECTS[others.pop()].contains
 
 
-def _shape(start: Suspect) -> tuple[float, ...]:
+def shape_of(start: Suspect) -> tuple[float, ...]:
     """What `scaled` leaves as it is."""
     about = parameters(start.effect)
     return tuple(float(getattr(start.effect, name)) for name in about if about[name]["neutral"] != 0.0)

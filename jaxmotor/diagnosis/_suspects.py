@@ -10,11 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxmotor.diagnosis._free import motor_at, with_each, with_effect
+from jaxmotor.diagnosis._free import motor_at, with_each, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import EFFECTS, AbstractEffect, Rig, parameters
+from jaxmotor.motor.effects._base import AbstractDelayEffect
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -50,18 +51,50 @@ class Suspect:
 
 
 def secants(solver: Solver, base: Fitted, rig: Rig) -> tuple[Secant, ...]:
-    """Of every effect that the recording could show."""
+    """Of every effect that the recording could show, at the gain and pole of `base`.
+
+    Where `base` has effects already, they are taken as if they did not change what a further one does, but for a delay:
+    that comes as much later. So no program is needed that the first effects have not needed.
+    """
+    motor, at = _bare(base.motor), None
+    residual = base.residual if motor is base.motor else solver.seen(motor, base.speeds)[1]
+    rows = round(late(base.motor) / rig.period_s)
+    if rows:
+        at = _rows_before(solver.piece, rows)
     starts = [effect.starts(rig) for effect in EFFECTS.values()]
-    return tuple(one for of in side_by_side(lambda own: _secants(solver, base, own), starts) for one in of)
+    of = side_by_side(lambda own: _secants(solver, motor, base.speeds, residual, own), starts)
+    found = tuple(one for its in of for one in its)
+    return found if at is None else tuple(dataclasses.replace(one, columns=one.columns[at]) for one in found)
 
 
-def _secants(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]) -> list[Secant]:
-    """Of one effect."""
+def late(motor: Motor) -> float:
+    """By how much the voltage acts late [s]."""
+    return sum((float(one.delay()) for one in motor.effects if isinstance(one, AbstractDelayEffect)), 0.0)
+
+
+def _bare(motor: Motor) -> Motor:
+    """`motor` without its effects."""
+    for effect in motor.effects:
+        motor = without_effect(motor, effect.name)
+    return motor
+
+
+def _rows_before(piece: np.ndarray, rows: int) -> np.ndarray:
+    """(n,) the row that is `rows` before each one in its piece `piece` (n,), or the first of that."""
+    number = np.arange(len(piece))
+    begin = np.maximum.accumulate(np.where(np.diff(piece, prepend=-1) != 0, number, 0))
+    return np.clip(number - rows, begin, len(piece) - 1)
+
+
+def _secants(
+    solver: Solver, motor: Motor, speeds: np.ndarray, residual: np.ndarray, starts: tuple[AbstractEffect, ...]
+) -> list[Secant]:
+    """Of one effect, beside `motor`, which leaves `residual`."""
     if not starts:
         return []
-    speeds = np.repeat(base.speeds[None], len(starts), axis=0)
-    width = solver.width(with_effect(base.motor, starts[0]))
-    columns = solver.residuals(with_each(base.motor, starts), speeds, width) - base.residual
+    width = solver.width(with_effect(motor, starts[0]))
+    begins = np.repeat(speeds[None], len(starts), axis=0)
+    columns = solver.residuals(with_each(motor, starts), begins, width) - residual
     columns = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
     paired = any(about["kind"] == "amplitude" for about in parameters(starts[0]).values())
     size = 2 if paired else 1

@@ -53,4 +53,5 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
         turns,
         supply_known=recording.supply_V is not None,
         supply_logged=logs_supply(recording),
+        counts=recording.measured == "count",
     )

@@ -1,5 +1,8 @@
 """From a log and a motor to the readings that the log would hold: what every fit, score and figure compares with."""
 
+from jaxmotor.prediction._autoregression import autoregression as autoregression
+from jaxmotor.prediction._autoregression import k_steps as k_steps
+from jaxmotor.prediction._autoregression import one_step as one_step
 from jaxmotor.prediction._effects import residuals as residuals
 from jaxmotor.prediction._effects import seen as seen
 from jaxmotor.prediction._initial_state import SPEED_STEP as SPEED_STEP

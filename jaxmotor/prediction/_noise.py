@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from jaxmotor.prediction._autoregression import autoregression
 from jaxmotor.prediction._flexible_model import LogRows, flexible_model
 from jaxmotor.recording import LogUnit, Recording, log_unit
 
@@ -18,8 +19,6 @@ FEWEST = 20
 """Differences of values that make a grid."""
 FEWEST_REPEATED = 8
 """The same where the values come again."""
-ORDER = 20
-"""Highest order of the autoregression."""
 MOST_ROWS = 1000.0
 """Rows that one independent reading may take: more cannot be told from a drift."""
 
@@ -144,27 +143,8 @@ def _is_decimal(step: float) -> bool:
 
 def _colour(rows: LogRows, residual: np.ndarray) -> tuple[float, float]:
     """Standard deviation of what is new in each row, in the unit of `residual`, and the rows per reading."""
-    counts = rows.counts
-    most = min(ORDER, int(counts.sum()) // 10)
-    if most < 1:
-        return float(np.sqrt((residual[counts] ** 2).mean())) if counts.any() else 0.0, 1.0
-    number = np.arange(len(residual))
-    begin = np.flatnonzero(rows.reset)[rows.piece]
-    full = counts & (number - begin >= most)
-    if full.sum() < 4 * most:
-        return float(np.sqrt((residual[counts] ** 2).mean())), 1.0
-    past = np.stack([residual[np.maximum(number - lag, 0)] for lag in range(most + 1)], axis=1)[full]
-    gram = past.T @ past
-    size = int(full.sum())
-    best = (np.inf, 0.0, 1.0)
-    for order in range(most + 1):
-        chosen = np.arange(1, order + 1)
-        normal = gram[np.ix_(chosen, chosen)] + 1e-12 * np.trace(gram) * np.eye(order)
-        weights = np.linalg.solve(normal, gram[chosen, 0])
-        variance = max(float(gram[0, 0] - weights @ gram[chosen, 0]), 1e-300) / (size - order)
-        cost = size * np.log(variance) + order * np.log(size)
-        if cost < best[0]:
-            whole = max(float(gram[0, 0]) / size, 1e-300)
-            ratio = min(variance / max((1 - weights.sum()) ** 2, 1e-12) / whole, MOST_ROWS)
-            best = (cost, float(np.sqrt(variance)), float(ratio))
-    return best[1], best[2]
+    found = autoregression(residual, rows.piece, rows.counts)
+    if found.variance == 0:
+        return 0.0, 1.0
+    ratio = found.variance / max((1 - found.weights.sum()) ** 2, 1e-12) / found.whole
+    return float(np.sqrt(found.variance)), float(min(ratio, MOST_ROWS))

@@ -8,6 +8,7 @@ from jaxmotor.words._effects import scaled as scaled
 from jaxmotor.words._effects import sentence as sentence
 from jaxmotor.words._findings import LOOP as LOOP
 from jaxmotor.words._findings import floor as floor
+from jaxmotor.words._findings import likely as likely
 from jaxmotor.words._findings import looks_like as looks_like
 from jaxmotor.words._findings import loop_of as loop_of
 from jaxmotor.words._findings import may_be as may_be

@@ -42,6 +42,8 @@ class Rig(NamedTuple):
     """What share of the supply each voltage was is known."""
     supply_logged: bool = False
     """The voltages are those that the logged supply gave: its sag and drift are in them."""
+    counts: bool = True
+    """The log holds an encoder's counts."""
 
 
 def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: float) -> Any:
@@ -100,6 +102,10 @@ class AbstractEffect(eqx.Module):
 
         Laws that a factor makes larger or smaller (`scaled`) need one for each shape, others a few sizes.
         """
+
+    def possible(self) -> bool:
+        """A motor can have it of this size: what lies beyond is another law, or none."""
+        return True
 
     def scaled(self, factor: float) -> "AbstractEffect":
         """About `factor` times as much of the effect; parameters whose neutral value is not zero stay."""

@@ -34,7 +34,7 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        return tuple(cls.of(delay_s=ticks * rig.period_s) for ticks in (0.3, 0.8, 1.4, 2.2, 4.0))
+        return tuple(cls.of(delay_s=ticks * rig.period_s) for ticks in (0.3, 0.8, 1.4, 2.2, 4.0, 7.0, 12.0, 20.0))
 
     def delay(self) -> Scalar:
         return self.delay_s
@@ -139,6 +139,10 @@ class DirectionAsymmetry(AbstractDriveEffect, AbstractSourceEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return (cls.of(ratio=0.04),)
 
+    def possible(self) -> bool:
+        """Beyond that one direction would turn backward."""
+        return abs(float(self.ratio)) < 1
+
     def source(self, source: Source, time: Scalar) -> Source:
         del time
         return source._replace(factor=source.factor * (1 + self.ratio * jnp.sign(source.duty)))
@@ -205,6 +209,10 @@ class SupplySag(AbstractDriveEffect, AbstractWindingEffect):
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return (cls.of(ratio=0.2),) if rig.supply_known and not rig.supply_logged else ()
+
+    def possible(self) -> bool:
+        """With more resistance than the winding a supply drives no motor."""
+        return float(self.ratio) < 1
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del memory

@@ -1,5 +1,6 @@
 """Effects on torque and speed. Torques are given as the voltage at the winding that overcomes them."""
 
+import math
 from collections.abc import Callable
 from typing import ClassVar, NamedTuple
 
@@ -25,6 +26,9 @@ from jaxmotor.motor.effects._base import (
     parameter,
 )
 from jaxmotor.motor.effects._sine import sine
+
+SLOWEST_Hz, FASTEST_Hz, SPACING = 0.5, 64.0, 1.35
+"""At which loads on springs are looked for, and how many times faster each is than the one before."""
 
 
 class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
@@ -68,6 +72,10 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
         volts, static = 0.03 * rig.supply_V, 0.06 * rig.supply_V
         widths = [share * rig.speed_rad_s for share in (0.015, 0.04, 0.1)]
         return tuple(cls.of(volts_V=volts, static_volts_V=static, stribeck_speed_rad_s=width) for width in widths)
+
+    def possible(self) -> bool:
+        """Static friction below moving friction would be another law."""
+        return float(self.static_volts_V) >= float(self.volts_V)
 
     def rubs(self, speed: Scalar) -> Scalar:
         near_rest = jnp.exp(-((speed / self.stribeck_speed_rad_s) ** 2))
@@ -164,6 +172,10 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
         assert memory is not None
         return winding.more_resistance(memory)
 
+    def possible(self) -> bool:
+        """Copper has 1.4 times the resistance at 120 °C: a motor that would reach six times would not last a run."""
+        return float(self.rise_ratio) < 5
+
     def begin(self, memory: Scalar, speed: Scalar, pause: Scalar) -> Scalar:
         del speed
         return memory * jnp.exp(-pause / self.time_constant_s)
@@ -251,8 +263,14 @@ class ShaftCompliance(AbstractMotionEffect, AbstractLoadEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        frequencies = [f for f in (8.0, 11.0, 15.0, 20.0, 27.0, 36.0, 48.0, 64.0) if f < 0.4 / rig.period_s]
+        lowest, highest = max(3 / max(rig.duration_s, 1e-3), SLOWEST_Hz), min(0.4 / rig.period_s, FASTEST_Hz)
+        number = 1 + round(math.log(max(highest / lowest, 1.0)) / math.log(SPACING))
+        frequencies = np.geomspace(lowest, highest, number) if highest > lowest else []
         return tuple(cls.of(frequency_Hz=f, damping_ratio=0.08, inertia_ratio=0.35) for f in frequencies)
+
+    def possible(self) -> bool:
+        """What is damped critically does not swing."""
+        return float(self.damping_ratio) < 1
 
     def load(self) -> Load:
         return Load(self.inertia_ratio, 2 * jnp.pi * self.frequency_Hz, self.damping_ratio, None)

@@ -11,7 +11,7 @@ from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import WIDTH, legend
 from jaxmotor.present.report._scale import Scale, tick_text
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import as_known, between, capital, floor, looks_like, named, plainly, scaled, sentence
+from jaxmotor.words import as_known, between, capital, floor, likely, looks_like, named, plainly, scaled, sentence
 
 NAMES, ROW = 250.0, 24.0
 """Room for the bars' names, and the height of a bar's row, in the drawing."""
@@ -50,7 +50,7 @@ def _effect(found: FoundEffect, place: int, diagnosis: Diagnosis) -> Html:
     return element(
         "div",
         element("h3", capital(named(found.name))),
-        paragraph(capital(sentence(found)) + "."),
+        paragraph(capital(sentence(found)) + likely(found) + "."),
         paragraph(f"It lowers the {drift} of data that were not fitted by ", gain, end),
         paragraph(element("strong", "What to do: "), found.effect.advice),
         table(f"Parameters of {named(found.name)}", ("parameter", "value", "95 % interval"), rows) if rows else None,

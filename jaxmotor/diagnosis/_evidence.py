@@ -1,0 +1,100 @@
+"""How well a model predicts rows that it was not fitted to: block after block left out, at several horizons.
+
+With e the residual of the free simulation, J its Jacobian, H = JᵀJ + P (P the prior's) and b a block of rows, the
+motor fitted to the other blocks leaves in b, to first order,
+
+    e_b + J_b δ,   δ = (H - J_bᵀJ_b)⁻¹ J_bᵀ e_b.
+
+That is judged as it is, as the error of a prediction one row ahead, and twenty rows ahead, with the colour of the
+model's own residual (`autoregression`). The score of a block is the mean over the horizons of log(S_b/n_b + f), S_b
+the sum of squares over its n_b rows, f a small share of what the best model leaves: logarithms keep a loud block from
+deciding alone. Models are compared block by block.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from jaxmotor.diagnosis._solve import Fitted
+from jaxmotor.prediction import autoregression, k_steps, one_step
+
+BLOCKS = 30
+FEWEST_ROWS = 8
+"""Of a block."""
+AHEAD = 20
+"""Rows."""
+SHARE = 0.05
+"""f, as a share of the mean square that the best model leaves."""
+WORST = 4.0
+"""Times its residual, which the error of a block left out is taken to be at most: a block that holds the only rows of
+their kind is predicted badly by any model that has a law for them."""
+
+
+class Evidence(NamedTuple):
+    """Mean squares (horizon, block) of the errors in blocks left out [variances of the encoder's own]."""
+
+    squares: np.ndarray
+
+    @property
+    def mean(self) -> np.ndarray:
+        """(horizon,)"""
+        return self.squares.mean(axis=1)
+
+
+def blocks_of(rows: int) -> np.ndarray:
+    """(rows,) number of the block of each row."""
+    number = int(np.clip(rows // FEWEST_ROWS, 2, BLOCKS))
+    return np.arange(rows) * number // max(rows, 1)
+
+
+def evidence(fitted: Fitted, piece: np.ndarray) -> Evidence:
+    """Of `fitted`, whose rows belong to pieces `piece` (n,)."""
+    block = blocks_of(len(fitted.residual))
+    shifts = _left_out(fitted, block)
+    both = np.column_stack([fitted.residual, np.where(np.isfinite(fitted.jacobian), fitted.jacobian, 0.0)])
+    colour = autoregression(fitted.residual, piece).weights
+    new = one_step(both, colour, piece)
+    seen = [_mean_squares(columns, shifts, block) for columns in (both, new, k_steps(new, colour, piece, AHEAD))]
+    return Evidence(np.stack(seen))
+
+
+def _left_out(fitted: Fitted, block: np.ndarray) -> np.ndarray:
+    """(block, p) by how much the free numbers of `fitted` move without each block."""
+    jacobian = np.where(np.isfinite(fitted.jacobian), fitted.jacobian, 0.0)
+    finite = np.isfinite(fitted.layout.spread)
+    prior = np.where(finite, 1 / np.where(finite, fitted.layout.spread, 1.0), 0.0) ** 2
+    normal = jacobian.T @ jacobian + np.diag(prior)
+    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    least = 1e-9 * np.eye(len(scale))
+    shifts = []
+    for number in range(int(block[-1]) + 1):
+        own = jacobian[block == number]
+        right = own.T @ fitted.residual[block == number]
+        left = (normal - own.T @ own) / np.outer(scale, scale) + least
+        shifts.append(np.linalg.solve(left, right / scale) / scale)
+    return np.stack(shifts)
+
+
+def _mean_squares(columns: np.ndarray, shifts: np.ndarray, block: np.ndarray) -> np.ndarray:
+    """(block,) of the error `columns` [e, J] (n, 1 + p) in each block that was left out."""
+    error = columns[:, 0] + np.einsum("np,np->n", columns[:, 1:], shifts[block])
+    size = np.bincount(block)
+    inside, outside = (np.bincount(block, np.square(one)) / size for one in (columns[:, 0], error))
+    return np.where(np.isfinite(outside), np.minimum(outside, WORST * inside), WORST * inside)
+
+
+def weights(found: Sequence[Evidence], prices: Sequence[float]) -> np.ndarray:
+    """Probability of each model among those given, each with its price in logarithms of probability.
+
+    exp(-t²/2 - price), t the difference of its score to the best one's over that difference's standard error.
+    """
+    least = np.min([one.mean for one in found], axis=0)
+    scores = np.stack([np.log(one.squares + SHARE * least[:, None]).mean(axis=0) for one in found])
+    apart = scores - scores[int(np.argmin(scores.mean(axis=1)))]
+    spread = apart.std(axis=1, ddof=1) / math.sqrt(apart.shape[1])
+    t = np.where(spread > 0, apart.mean(axis=1) / np.where(spread > 0, spread, 1.0), 0.0)
+    log = -0.5 * np.square(t) - np.asarray(prices)
+    weight = np.exp(log - log.max())
+    return weight / weight.sum()

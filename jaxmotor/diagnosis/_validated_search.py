@@ -1,0 +1,218 @@
+"""Model selection where the noise of a log is not known: effects are added as long as left-out blocks ask for them.
+
+Every model that is fitted is kept with its evidence (`_evidence`). From each of the best models of one size the
+candidate effects that score best are added in turn, the scores taken anew at that model's gain and pole. The model of
+the largest weight is chosen; each of its effects then has to stand against the best alternatives in its place.
+"""
+
+import functools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from jaxmotor.diagnosis._evidence import Evidence, evidence, weights
+from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
+from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._polish import polished
+from jaxmotor.diagnosis._search import COARSE, FINE, KIN, LITTLE, SAME, USUAL, Found, Named, shape_of
+from jaxmotor.diagnosis._solve import Fitted, Solver
+from jaxmotor.diagnosis._suspects import Secant, Suspect, late, secants, suspects
+from jaxmotor.motor import Motor
+from jaxmotor.motor.effects import EFFECTS, Rig, free_size
+
+FIRST, LATER = 7, 5
+"""Candidates that are fitted beside the linear motor, and beside others."""
+RELATED = 2
+"""Of these, most that are alike (`KIN`)."""
+BEAM = 3
+DEPTH = 4
+"""Effects in one motor at most."""
+NEAR = 0.2
+"""Change of log gain and log pole up to which scores are good for another motor."""
+GROWS, HOPELESS = 0.3, 0.02
+"""Part of the best model's weight that the best of a size must have for larger ones to be sought, and that each must
+have to be extended."""
+NAMED = 0.5
+"""Probability, of it or what it may as well be, from which an effect is named."""
+EQUAL = 0.1
+"""Part of a model's weight from which another one is not told from it."""
+ALWAYS = ("transport_delay", "electrical_pole", "coast_drive", "current_limit")
+"""Fitted beside the linear motor whatever their scores: such effects are like no small multiple of themselves."""
+SHIFTS = {"timing_offset", "transport_delay"}
+"""Of which a log shows the sum."""
+CONTESTS = 3
+PRICE, MORE, RARE = 1.5, 0.75, 0.75
+"""Of an effect with one parameter, of each parameter more, and of effects that are rare (`USUAL`), in logarithms of
+probability."""
+
+Names = frozenset[str]
+
+
+class ValidatedSearch:
+    """For the effects, beside those of `linear`, that predict blocks of rows which were left out."""
+
+    def __init__(self, solver: Solver, first: Motor, linear: Fitted, rig: Rig):
+        self.solver, self.first, self.linear, self.rig = solver, first, linear, rig
+        self.visited: dict[Names, Fitted] = {}
+        self.evidence: dict[Names, Evidence] = {}
+        self.tried: set[Names] = set()
+        self.scores: list[tuple[Fitted, tuple[Secant, ...]]] = []
+        self.own = frozenset(linear.names)
+        """What is the log's: no candidate, and no cause."""
+        self.visited[self.own], self.evidence[self.own] = linear, evidence(linear, solver.piece)
+
+    def run(self) -> Found:
+        """The effects; none if nothing pays."""
+        beam = [self.linear]
+        for size in range(1, DEPTH + 1):
+            self._extend(beam, FIRST if size == 1 else LATER)
+            weight = self.weights()
+            of_size = [names for names in weight if len(names - self.own) == size]
+            larger = sorted(of_size, key=lambda names: -weight[names])
+            most = max(weight.values())
+            if not larger or weight[larger[0]] < GROWS * most:
+                break
+            beam = [self.visited[names] for names in larger[:BEAM] if weight[names] > HOPELESS * most]
+        return self.settled(self.best())
+
+    def settled(self, fitted: Fitted) -> Found:
+        """The best model near `fitted`, with the alternatives to each of its effects."""
+        for _ in range(CONTESTS):
+            self._contest(fitted)
+            better = self.best()
+            if better is fitted:
+                break
+            fitted = better
+        fitted = self._likely(fitted)
+        named = tuple(self._named(fitted, name) for name in self._causes(fitted))
+        return Found(self.linear, self._refined(fitted) if named else self.linear, named)
+
+    def weights(self) -> dict[Names, float]:
+        """Probability of each model that was visited."""
+        names = list(self.visited)
+        found = weights([self.evidence[one] for one in names], [sum(map(_price, one - self.own), 0.0) for one in names])
+        return dict(zip(names, found.tolist(), strict=True))
+
+    def _causes(self, fitted: Fitted) -> list[str]:
+        return [name for name in fitted.names if name not in self.own]
+
+    def best(self) -> Fitted:
+        weight = self.weights()
+        return self.visited[max(weight, key=lambda names: weight[names])]
+
+    def probability(self, *effects: str) -> float:
+        """Of any of these `effects`: the sum over the models that have one."""
+        return sum(weight for names, weight in self.weights().items() if names.intersection(effects))
+
+    def _contest(self, fitted: Fitted) -> None:
+        """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
+        shorter = self._without_each(fitted)
+        missing = [next(iter(set(fitted.names) - set(one.names))) for one in shorter]
+        self._extend(shorter, LATER, [next((kin for kin in KIN if name in kin), ()) for name in missing])
+
+    def _extend(self, bases: list[Fitted], most: int, also: Sequence[tuple[str, ...]] = ()) -> None:
+        """Fit each of `bases` with one of `most` candidates more, and with each of its own in `also`."""
+        tasks: dict[Names, tuple[Fitted, list[Suspect]]] = {}
+        for base, more in zip(bases, also or [()] * len(bases), strict=True):
+            ranked = suspects(base, self._secants(base))
+            always = ALWAYS if base is self.linear else ()
+            leaders = _leaders(base, ranked, most, (*more, *always))
+            simpler = [simple for name in leaders for simple in EFFECTS[name].contains]
+            for name in (*leaders, *simpler):
+                names = frozenset((*base.names, name))
+                if names not in self.tried and name in ranked:
+                    tasks.setdefault(names, (base, ranked[name]))
+        self.tried.update(tasks)
+        found = side_by_side(lambda task: self._best_of(*task), tasks.values())
+        self._keep(found)
+        self._keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
+
+    def _best_of(self, base: Fitted, starts: list[Suspect]) -> Fitted:
+        """`base` with the effect, fitted from its best starts of different shape."""
+        fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE, bar=base.chi2)
+        first = starts[0]
+        others = [start for start in starts[1:] if shape_of(start) != shape_of(first)][:1]
+        found = [fit(start.motor) for start in (first, *others)]
+        if base is self.linear and min(one.chi2 for one in found) > LITTLE * base.chi2:
+            # Without the effect, gain and pole may have gone where it does not show.
+            found.append(fit(with_effect(self.first, first.effect)))
+        return min(found, key=lambda one: one.chi2)
+
+    def _completed(self, half: Fitted) -> Fitted:
+        """`half`, which has a law that fits no motor alone, with what that wants beside it."""
+        ranked = suspects(half, self._secants(half))
+        [name] = _wanted(half)
+        return self._best_of(half, ranked[name]) if name in ranked else half
+
+    def _without_each(self, fitted: Fitted) -> list[Fitted]:
+        """`fitted` without each of its effects in turn."""
+        causes = self._causes(fitted)
+        rest = [frozenset(fitted.names) - {name} for name in causes]
+        new = [name for name, names in zip(causes, rest, strict=True) if names not in self.visited]
+        self._keep(side_by_side(lambda name: self._shorter(fitted, name), new))
+        return [self.visited[names] for names in rest if names in self.visited]
+
+    def _shorter(self, fitted: Fitted, name: str) -> Fitted:
+        return self.solver.fit(without_effect(fitted.motor, name), fitted.speeds, COARSE)
+
+    def _likely(self, fitted: Fitted) -> Fitted:
+        """`fitted` without effects that are less likely than not, whatever they are called."""
+        for name in self._causes(fitted):
+            rest = frozenset(fitted.names) - {name}
+            if (self._named(fitted, name).with_equal or 0.0) < NAMED and rest in self.visited:
+                return self._likely(self.visited[rest])
+        return fitted
+
+    def _named(self, fitted: Fitted, name: str) -> Named:
+        """The effect `name` of `fitted`, and the models with another one in its place, the best first."""
+        weight, rest = self.weights(), frozenset(fitted.names) - {name}
+        others = [names for names in weight if len(names) == len(fitted.names) and rest < names and name not in names]
+        others.sort(key=lambda names: -weight[names])
+        equal = [names for names in others if weight[names] > EQUAL * weight[frozenset(fitted.names)]]
+        alike = frozenset(other for names in equal for other in names - rest)
+        rivals = tuple(self.visited[names] for names in others)
+        return Named(name, rivals, self.probability(name), self.probability(name, *alike), alike)
+
+    def _secants(self, base: Fitted) -> tuple[Secant, ...]:
+        """The candidates' columns at about the gain and pole of `base`."""
+        for near, known in self.scores:
+            later = abs(late(near.motor) - late(base.motor))
+            if np.abs(near.free[:2] - base.free[:2]).max() < NEAR and later < 0.5 * self.rig.period_s:
+                return known
+        found = secants(self.solver, base, self.rig)
+        self.scores.append((base, found))
+        return found
+
+    def _keep(self, found: list[Fitted]) -> None:
+        for one in found:
+            finite = math.isfinite(one.chi2) and np.isfinite(one.jacobian).all()
+            if finite and all(effect.possible() for effect in one.motor.effects):
+                self.visited[frozenset(one.names)] = one
+                self.evidence[frozenset(one.names)] = evidence(one, self.solver.piece)
+
+    def _refined(self, fitted: Fitted) -> Fitted:
+        fitted = self.solver.fit(fitted.motor, fitted.speeds, FINE)
+        return polished(self.solver, fitted, COARSE) if is_wide(fitted.template.effects) else fitted
+
+
+def _leaders(base: Fitted, ranked: dict[str, list[Suspect]], most: int, also: tuple[str, ...]) -> list[str]:
+    """`most` effects by their scores, few of them alike, and `also` these."""
+    barred = {name for same in (*SAME, SHIFTS) for own in base.names if own in same for name in same}
+    order = [name for name in sorted(ranked, key=lambda name: ranked[name][0].chi2) if name not in barred]
+    chosen: list[str] = []
+    for name in order:
+        kin = next((set(names) for names in KIN if name in names), set())
+        if len(chosen) < most and len(kin.intersection(chosen)) < RELATED:
+            chosen.append(name)
+    return chosen + [name for name in also if name in order and name not in chosen]
+
+
+def _price(name: str) -> float:
+    """Of the effect `name`, in logarithms of probability."""
+    rare = USUAL.index(name) / len(USUAL) if name in USUAL else 1.0
+    return PRICE + MORE * (free_size(EFFECTS[name]) - 1) + RARE * rare
+
+
+def _wanted(fitted: Fitted) -> list[str]:
+    return [name for effect in fitted.template.effects for name in effect.beside if name not in fitted.names]

@@ -1,0 +1,89 @@
+"""Evidence by blocks left out: against true refits, and against what is known of autoregressions."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from jaxmotor.diagnosis._evidence import WORST, Evidence, blocks_of, evidence, weights
+from jaxmotor.diagnosis._free import layout_of, linear_of
+from jaxmotor.diagnosis._solve import Fitted
+from jaxmotor.prediction import autoregression, k_steps, one_step
+
+ROWS = 600
+
+
+def linear_fit(rng: np.random.Generator, rows: int = ROWS) -> tuple[Fitted, np.ndarray, np.ndarray]:
+    """A least squares problem with the priors of a motor, its data and its columns."""
+    layout = layout_of(())
+    columns = rng.standard_normal((rows, len(layout.names))) * np.array([3.0, 1.0, 1e4, 5.0])
+    data = columns @ np.array([1.0, -2.0, 1e-4, 0.1]) + rng.standard_normal(rows)
+    free = solution(columns, data)
+    fitted = Fitted(linear_of(10.0, 20.0), free, np.zeros(1), columns @ free - data, columns, True)
+    return fitted, columns, data
+
+
+def solution(columns: np.ndarray, data: np.ndarray) -> np.ndarray:
+    layout = layout_of(())
+    weight = np.where(np.isfinite(layout.spread), 1 / layout.spread, 0.0)
+    both = np.vstack([columns, np.diag(weight)])
+    return np.linalg.lstsq(both, np.concatenate([data, weight * layout.prior]), rcond=None)[0]
+
+
+def test_a_left_out_block_is_predicted_as_a_true_refit_would():
+    fitted, columns, data = linear_fit(np.random.default_rng(3))
+    block = blocks_of(ROWS)
+    found = evidence(fitted, np.zeros(ROWS, int)).squares[0]
+    for number in range(block[-1] + 1):
+        own = block == number
+        free = solution(columns[~own], data[~own])
+        error = np.mean((columns[own] @ free - data[own]) ** 2)
+        assert found[number] == pytest.approx(error, rel=1e-6)
+
+
+def test_a_block_that_alone_shows_a_parameter_does_not_count_without_limit():
+    fitted, columns, _ = linear_fit(np.random.default_rng(4))
+    columns[blocks_of(ROWS) != 2, 1] = 0.0
+    found = evidence(fitted, np.zeros(ROWS, int)).squares[0, 2]
+    assert found <= WORST * np.mean(fitted.residual[blocks_of(ROWS) == 2] ** 2) * (1 + 1e-9)
+
+
+def test_colour_is_found_and_taken_out():
+    rng = np.random.default_rng(5)
+    true = np.array([1.2, -0.5])
+    noise = np.asarray(lfilter([1.0], [1.0, *-true], rng.standard_normal(20_000)))
+    piece = np.zeros(len(noise), int)
+    found = autoregression(noise, piece)
+    assert len(found.weights) == 2
+    assert found.weights == pytest.approx(true, abs=0.03)
+    new = one_step(noise[:, None], found.weights, piece)[:, 0]
+    assert new.std() == pytest.approx(1.0, abs=0.02)
+    assert np.corrcoef(new[1:], new[:-1])[0, 1] == pytest.approx(0.0, abs=0.03)
+
+
+@pytest.mark.parametrize("steps", [1, 3, 20])
+def test_the_error_of_a_prediction_some_rows_ahead_has_the_variance_it_should(steps):
+    rng, keep = np.random.default_rng(6), 0.8
+    noise = np.asarray(lfilter([1.0], [1.0, -keep], rng.standard_normal(40_000)))[:, None]
+    piece, colour = np.zeros(len(noise), int), np.array([keep])
+    ahead = k_steps(one_step(noise, colour, piece), colour, piece, steps)
+    assert ahead[100:].var() == pytest.approx((1 - keep ** (2 * steps)) / (1 - keep**2), rel=0.05)
+
+
+def test_pieces_know_nothing_of_each_other():
+    rng = np.random.default_rng(7)
+    noise, piece = rng.standard_normal((40, 1)), np.repeat([0, 1], 20)
+    colour = np.array([0.5, 0.2])
+    parts = [one_step(noise[piece == k], colour, np.zeros(20, int)) for k in (0, 1)]
+    assert one_step(noise, colour, piece) == pytest.approx(np.concatenate(parts))
+
+
+def test_the_simpler_of_two_equal_models_is_more_likely_and_a_better_one_wins():
+    squares = np.abs(np.random.default_rng(8).standard_normal((3, 30))) + 1.0
+    equal = weights([Evidence(squares), Evidence(squares)], [0.0, 1.5])
+    assert equal == pytest.approx(np.array([1.0, np.exp(-1.5)]) / (1 + np.exp(-1.5)))
+    better = weights([Evidence(squares), Evidence(0.5 * squares)], [0.0, 1.5])
+    assert better[1] > 0.999
+    # One block of thirty that is better proves nothing.
+    once = squares.copy()
+    once[:, 4] *= 0.5
+    assert weights([Evidence(squares), Evidence(once)], [0.0, 1.5])[0] > 0.6

@@ -1,0 +1,104 @@
+"""Causes in logs of noisy speeds: a finely integrated motor, its speed averaged over each row, coloured noise on it."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from jaxmotor import diagnose
+from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._json import to_json
+from jaxmotor.diagnosis._study import study_of
+from jaxmotor.diagnosis._trial import rig_of
+from jaxmotor.diagnosis._validated_search import ValidatedSearch
+from jaxmotor.motor.effects import CoulombFriction, MissedCounts, ShaftCompliance, Stiction
+from jaxmotor.recording import Recording, Segment
+
+GAIN, POLE = 20.0, 12.0
+"""[rad/s/V, rad/s]"""
+FRICTION_V, DELAY_S = 0.6, 0.016
+PERIOD_S, FINE, ROWS = 0.01, 50, 1200
+
+
+def noisy_log(seed: int, friction_V: float = 0.0, delay_s: float = 0.0) -> Recording:
+    """Random voltages, each held for some rows; Euler's method in steps of 0.2 ms."""
+    rng = np.random.default_rng(seed)
+    lengths = rng.integers(3, 40, ROWS)
+    volts = np.concatenate([[0.0], np.repeat(rng.uniform(-5, 5, ROWS), lengths)])[:ROWS]
+    step = PERIOD_S / FINE
+    applied = np.concatenate([np.zeros(round(delay_s / step)), np.repeat(volts, FINE)])[: ROWS * FINE]
+    speed, angle, now = np.zeros(ROWS * FINE), np.zeros(ROWS * FINE + 1), 0.0
+    for k, volt in enumerate(applied):
+        drive = GAIN * volt
+        holds = now == 0.0 and abs(drive) <= GAIN * friction_V
+        friction = GAIN * friction_V * (np.sign(now) if now else np.sign(drive))
+        new = 0.0 if holds else now + step * POLE * (drive - friction - now)
+        now = 0.0 if new * now < 0 and abs(drive) <= GAIN * friction_V else new
+        speed[k], angle[k + 1] = now, angle[k] + step * now
+    read = np.diff(angle[::FINE], prepend=0.0)[:ROWS] / PERIOD_S
+    noise = np.asarray(lfilter([1.0], [1.0, -0.6], rng.standard_normal(ROWS)))
+    read = read + 0.01 * read.std() * noise
+    segment = Segment("other", 0.0, True, {}, np.arange(ROWS) * PERIOD_S, volts, tick=np.arange(ROWS), speed_rad_s=read)
+    return Recording((segment,), "noisy", PERIOD_S, speed_window_s=PERIOD_S, supply_V=5.0, duty_delay_s=0.0)
+
+
+@pytest.fixture(scope="module")
+def with_both():
+    return diagnose(noisy_log(1, FRICTION_V, DELAY_S))
+
+
+def test_friction_and_delay_are_named_with_their_probabilities(with_both):
+    found = {one.name: one for one in with_both.effects}
+    assert set(found) == {"coulomb_friction", "transport_delay"}
+    assert with_both.verdict == "extended"
+    for one in found.values():
+        assert one.probability is not None and one.family_probability is not None
+        assert 0.5 < one.probability <= one.family_probability <= 1.0 + 1e-9
+    assert found["coulomb_friction"].parameters["volts_V"] == pytest.approx(FRICTION_V, rel=0.02)
+    assert found["transport_delay"].parameters["delay_s"] == pytest.approx(DELAY_S, rel=0.02)
+
+
+def test_gain_and_pole_lie_in_their_intervals(with_both):
+    errors, motor = with_both.standard_error, with_both.motor.linear
+    assert abs(float(motor.gain) - GAIN) < 3 * errors["gain_rad_s_V"]
+    assert abs(float(motor.pole) - POLE) < 3 * errors["pole_rad_s"]
+
+
+def test_probabilities_are_in_the_json(with_both):
+    for effect in to_json(with_both)["effects"]:
+        assert 0.5 < effect["probability"] <= effect["family_probability"] <= 1.0 + 1e-9
+
+
+def test_nothing_is_named_where_nothing_is_hidden():
+    found = diagnose(noisy_log(2))
+    assert found.verdict == "complete"
+    assert not found.effects
+
+
+def test_a_rig_without_counts_loses_none():
+    recording = noisy_log(3)
+    study = study_of(recording, POLE)
+    rig = rig_of(recording, study.trial)
+    assert not MissedCounts.starts(rig)
+    assert MissedCounts.starts(rig._replace(counts=True))
+
+
+@pytest.mark.parametrize(
+    ("effect", "possible"),
+    [
+        (Stiction.of(volts_V=0.3, static_volts_V=0.2, stribeck_speed_rad_s=1.0), False),
+        (Stiction.of(volts_V=0.3, static_volts_V=0.4, stribeck_speed_rad_s=1.0), True),
+        (ShaftCompliance.of(frequency_Hz=8.0, damping_ratio=6.4, inertia_ratio=0.3), False),
+        (MissedCounts.of(ratio=0.7, speed_rad_s=10.0), False),
+        (CoulombFriction.of(volts_V=0.3), True),
+    ],
+)
+def test_impossible_sizes_are_no_causes(effect, possible):
+    assert effect.possible() is possible
+
+
+def test_weights_of_all_models_sum_to_one(x64):
+    recording = noisy_log(2)
+    study = study_of(recording, POLE)
+    first = linear_of(GAIN, POLE)
+    search = ValidatedSearch(study.solver, first, study.solver.fit(first), rig_of(recording, study.trial))
+    assert search.weights() == {frozenset(): pytest.approx(1.0)}
