@@ -49,7 +49,8 @@ def is_wide(effects: tuple[AbstractEffect, ...]) -> bool:
     return any(type(effect).difference > 0.01 for effect in effects)
 
 
-def layout_of(effects: tuple[AbstractEffect, ...]) -> Layout:
+def layout_of(effects: tuple[AbstractEffect, ...], variance: float = 1.0) -> Layout:
+    """Of a motor with `effects`; its priors weigh against residuals of that `variance`."""
     inf = np.inf
     wide = 10.0 if is_wide(effects) else 1.0
     rows = [
@@ -61,7 +62,8 @@ def layout_of(effects: tuple[AbstractEffect, ...]) -> Layout:
     for effect in effects:
         rows += [(f"{effect.name}.{name}", *about) for name, about in _elements(effect)]
     names, *columns = zip(*rows, strict=True)
-    return Layout(names, *(np.array(column, float) for column in columns))
+    *about, spread = (np.array(column, float) for column in columns)
+    return Layout(names, *about, spread / math.sqrt(variance))
 
 
 def _is_lag(effects: tuple[AbstractEffect, ...]) -> bool:

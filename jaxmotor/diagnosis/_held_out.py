@@ -85,7 +85,7 @@ def hold_out(study: Study, found: Found) -> HeldOut:
         study = study_of(parts, float(found.linear.motor.linear.pole), study.timed)
     if own:
         out = study.rows(segments)
-        train, test = Solver(study.trial, ~out), Solver(study.trial, out)
+        train, test = (Solver(study.trial, rows, study.solver.noise_known) for rows in (~out, out))
     else:
         segments = tuple(int(k) for k in np.unique(study.packed.segment_of[study.trial.valid]))
         train = test = study.solver

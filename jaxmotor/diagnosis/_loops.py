@@ -40,7 +40,7 @@ def loop_gains(study: Study, found: Found, seed: int) -> tuple[LoopGain, ...]:
         return ()
     rows = ~study.rows(tuple(loops))
     own = bool((study.trial.valid & rows).any())
-    solver = Solver(study.trial, rows) if own else study.solver
+    solver = Solver(study.trial, rows, study.solver.noise_known) if own else study.solver
     before = _drawn(_refitted(solver, found.linear), study, solver, seed)
     after = before if not found.named else _drawn(_refitted(solver, found.fitted), study, solver, seed)
     gains = []

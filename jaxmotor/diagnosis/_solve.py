@@ -49,6 +49,8 @@ class Fitted:
     """Of `residual`, initial speeds projected out."""
     settled: bool
     """The last step promised less than `tolerance`."""
+    variance: float = 1.0
+    """Of residuals that the priors were weighed against."""
 
     @property
     def chi2(self) -> float:
@@ -65,14 +67,17 @@ class Fitted:
 
     @property
     def layout(self) -> Layout:
-        return layout_of(self.template.effects)
+        return layout_of(self.template.effects, self.variance)
 
 
 class Solver:
-    """Fits motors to the rows of one trial; `rows` (lane, row) chooses which count."""
+    """Fits motors to the rows of one trial; `rows` (lane, row) chooses which count.
 
-    def __init__(self, trial: Trial, rows: np.ndarray | None = None):
-        self.trial = trial
+    Where the noise is not known priors are weighed against what the motor that a fit starts from leaves.
+    """
+
+    def __init__(self, trial: Trial, rows: np.ndarray | None = None, noise_known: bool = True):
+        self.trial, self.noise_known = trial, noise_known
         self.cells = np.flatnonzero(trial.valid if rows is None else trial.valid & rows)
         lanes = trial.problem.lanes
         self.places = np.unravel_index(self.cells, trial.valid.shape)
@@ -152,10 +157,12 @@ class Solver:
         """
         free = free_of(motor)
         speeds = self.starts if speeds is None else speeds
-        layout = layout_of(motor.effects)
         if is_wide(motor.effects):
             tolerance, steps = max(tolerance, WIDE_TOLERANCE), min(steps, WIDE_STEPS)
         at = _At(free, speeds, *self.linearise(motor, free, speeds))
+        mean = square_of(at.residual) / max(len(at.residual), 1)
+        variance = max(mean, 1.0) if not self.noise_known and math.isfinite(mean) else 1.0
+        layout = layout_of(motor.effects, variance)
         settled, crawled = False, 0
         for number in range(steps):
             step = self._step(at, layout)
@@ -177,7 +184,7 @@ class Solver:
             if crawled == CRAWLED:
                 break
         projected, _ = self._project(np.column_stack([at.residual, at.jacobian]), at.column)
-        return Fitted(motor, at.free, at.speeds, at.residual, projected[:, 1:], settled)
+        return Fitted(motor, at.free, at.speeds, at.residual, projected[:, 1:], settled, variance)
 
     def _step(self, at: "_At", layout: Layout) -> "_Step | None":
         columns, shift = self._project(np.column_stack([at.residual, at.jacobian]), at.column)

@@ -39,7 +39,7 @@ def study_of(recording: Recording, pole: float, timed: bool = False) -> Study:
     packed = pack(recording, moving, ROOMY._replace(lanes=_lanes([len(recording.segments[k]) for k in moving])), timed)
     packed = without_beginnings(recording, packed)
     trial = trial_of(recording, packed, pole)
-    return Study(recording, packed, trial, Solver(trial), timed)
+    return Study(recording, packed, trial, Solver(trial, noise_known=packed.observation.floor_known), timed)
 
 
 def _lanes(rows: list[int]) -> int:

@@ -11,7 +11,9 @@ from jaxmotor.prediction import Log, Packed, log_of
 from jaxmotor.recording import Recording, logs_supply
 
 MEMORY = 0.95
-"""Of the filter that residuals pass: twenty ticks, over which a drift of the angle adds up (`drift`)."""
+"""Of the filter that residuals of counts pass: twenty ticks, over which a drift of the angle adds up (`drift`)."""
+MEMORY_S = 1.0
+"""The same of angles whose noise is not known: longer than a motor's time constant, whatever the rows' rate."""
 
 
 class Trial(Log):
@@ -32,10 +34,15 @@ class Trial(Log):
 
 def trial_of(recording: Recording, packed: Packed, pole_rad_s: float) -> Trial:
     """`packed` segments of `recording`, to be simulated with motors of about this pole."""
-    drifts = packed.observation.kind == "turn" and recording.measured != "speed"
     log = log_of(recording, packed, pole_rad_s)
     fields = {field.name: getattr(log, field.name) for field in dataclasses.fields(log)}
-    return Trial(**fields, memory=to_jax(MEMORY if drifts else 0.0))
+    return Trial(**fields, memory=to_jax(_memory(recording, packed)))
+
+
+def _memory(recording: Recording, packed: Packed) -> float:
+    if recording.measured == "angle":
+        return float(np.exp(-packed.durations[0] / MEMORY_S))
+    return MEMORY if recording.measured == "count" else 0.0
 
 
 def rig_of(recording: Recording, trial: Trial) -> Rig:

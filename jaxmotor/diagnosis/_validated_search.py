@@ -41,6 +41,8 @@ ALWAYS = ("transport_delay", "electrical_pole", "coast_drive", "current_limit")
 """Fitted beside the linear motor whatever their scores: such effects are like no small multiple of themselves."""
 SHIFTS = {"timing_offset", "transport_delay"}
 """Of which a log shows the sum."""
+EQUIVALENT = SAME[0]
+"""One law, whatever it is called: tried once, and both named as alternatives."""
 CONTESTS = 3
 PRICE, MORE, RARE = 1.5, 0.75, 0.75
 """Of an effect with one parameter, of each parameter more, and of effects that are rare (`USUAL`), in logarithms of
@@ -130,7 +132,7 @@ class ValidatedSearch:
 
     def _best_of(self, base: Fitted, starts: list[Suspect]) -> Fitted:
         """`base` with the effect, fitted from its best starts of different shape."""
-        fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE, bar=base.chi2)
+        fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE)
         first = starts[0]
         others = [start for start in starts[1:] if shape_of(start) != shape_of(first)][:1]
         found = [fit(start.motor) for start in (first, *others)]
@@ -203,7 +205,8 @@ def _leaders(base: Fitted, ranked: dict[str, list[Suspect]], most: int, also: tu
     chosen: list[str] = []
     for name in order:
         kin = next((set(names) for names in KIN if name in names), set())
-        if len(chosen) < most and len(kin.intersection(chosen)) < RELATED:
+        twice = name in EQUIVALENT and EQUIVALENT.intersection(chosen)
+        if len(chosen) < most and len(kin.intersection(chosen)) < RELATED and not twice:
             chosen.append(name)
     return chosen + [name for name in also if name in order and name not in chosen]
 

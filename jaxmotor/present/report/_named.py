@@ -23,7 +23,7 @@ def named_section(story: Story) -> Content:
     content: list[Content] = [_effect(found, place, diagnosis) for place, found in enumerate(diagnosis.effects)]
     if diagnosis.effects:
         alt = "Left over in data not fitted: " + "; ".join(f"{name} {value:.3g}" for name, value, _ in _rows(diagnosis))
-        added = " of residuals that add up over twenty ticks" if diagnosis.adds_up else ""
+        added = " of residuals that add up over twenty ticks (of angles: a second)" if diagnosis.adds_up else ""
         caption = (
             f"{'Drift left' if diagnosis.adds_up else 'Left'} over in data that were not fitted "
             f"(chi2 per sample{added}, "
