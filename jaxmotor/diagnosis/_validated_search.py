@@ -15,7 +15,7 @@ from jaxmotor.diagnosis._evidence import Evidence, evidence, weights
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._polish import polished
-from jaxmotor.diagnosis._search import COARSE, FINE, KIN, LITTLE, SAME, USUAL, Found, Named, shape_of
+from jaxmotor.diagnosis._search import COARSE, EXPLAINED, FINE, KIN, LITTLE, SAME, USUAL, Found, Named, shape_of
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._suspects import Secant, Suspect, late, secants, suspects
 from jaxmotor.motor import Motor
@@ -41,6 +41,9 @@ ALWAYS = ("transport_delay", "electrical_pole", "coast_drive", "current_limit")
 """Fitted beside the linear motor whatever their scores: such effects are like no small multiple of themselves."""
 SHIFTS = {"timing_offset", "transport_delay"}
 """Of which a log shows the sum."""
+LEAST = 0.1
+"""Part of the mean square that an effect must take up where more is left than noise: some law takes up a little of
+anything."""
 EQUIVALENT = SAME[0]
 """One law, whatever it is called: tried once, and both named as alternatives."""
 CONTESTS = 3
@@ -159,11 +162,13 @@ class ValidatedSearch:
         return self.solver.fit(without_effect(fitted.motor, name), fitted.speeds, COARSE)
 
     def _likely(self, fitted: Fitted) -> Fitted:
-        """`fitted` without effects that are less likely than not, whatever they are called."""
+        """`fitted` without effects that are less likely than not, or take up too little where something is left."""
         for name in self._causes(fitted):
-            rest = frozenset(fitted.names) - {name}
-            if (self._named(fitted, name).with_equal or 0.0) < NAMED and rest in self.visited:
-                return self._likely(self.visited[rest])
+            shorter = self.visited.get(frozenset(fitted.names) - {name})
+            unlikely = (self._named(fitted, name).with_equal or 0.0) < NAMED
+            least = 1 + (LEAST if fitted.chi2 > EXPLAINED else 0.0)
+            if shorter is not None and (unlikely or shorter.chi2 < least * fitted.chi2):
+                return self._likely(shorter)
         return fitted
 
     def _named(self, fitted: Fitted, name: str) -> Named:
