@@ -1,7 +1,11 @@
 """Causes in logs of noisy speeds: a finely integrated motor, its speed averaged over each row, coloured noise on it."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
+from real_data import measured
 from scipy.signal import lfilter
 
 from jaxmotor import diagnose
@@ -72,6 +76,21 @@ def test_nothing_is_named_where_nothing_is_hidden():
     found = diagnose(noisy_log(2))
     assert found.verdict == "complete"
     assert not found.effects
+
+
+def test_a_measured_step_is_explained_as_well_as_by_hand():
+    folder = Path(os.environ.get("JAXMOTOR_DATA", Path(__file__).parents[2] / "../shared/data"))
+    if not folder.is_dir():
+        pytest.skip(f"no measured logs in {folder}; set JAXMOTOR_DATA to their folder")
+    found = diagnose(measured("brake/step_open"))
+    # Fitted by scipy: 90.3 % without friction, 97.2 with friction and delay; the motor turns one way.
+    assert found.whole.after.fit_percent > 97.1
+    [cause] = found.effects
+    assert {cause.name, *(rival.name for rival in cause.rivals if rival.inseparable)} >= {
+        "coulomb_friction",
+        "voltage_offset",
+        "dead_zone",
+    }
 
 
 def test_a_rig_without_counts_loses_none():
