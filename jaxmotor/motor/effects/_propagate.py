@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 from jaxmotor.motor._linear import AbstractLinearMotor
 from jaxmotor.motor.effects._base import Load, Scalar
 
-Matrix = Float[Array, "_ _"]
+Matrix = Float[Array, "_ _ ..."]
 SHORTEST_LAG = 1e-5
 """A lag below this [s] is interpolated between none and this one: the current's own motion is over in no time."""
 
