@@ -7,6 +7,7 @@ and many motors side by side are arrays in the place of numbers, which broadcast
 
 import abc
 import math
+import operator
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -323,11 +324,8 @@ def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) ->
     """Where a delay ends within the tick a further step begins, so that each step has one voltage."""
     steps, delays = setup.steps, setup.parts.delays
 
-    def each(length: Scalar, number: Int[Array, ""]) -> Linear:
-        return over(length / number.astype(length.dtype))
-
     if not delays:
-        even, none = each(duration, steps), jnp.zeros_like(steps)
+        even, none = over(duration / steps.astype(duration.dtype)), jnp.zeros_like(steps)
         return _Spans(even, even, none, steps, none)
     ticks = sum((effect.delay() for effect in delays), jnp.zeros_like(duration)) / duration
     if setup.parts.early:  # and nowhere else: at a delay of zero the limit would halve its derivative
@@ -335,7 +333,9 @@ def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) ->
     whole = jnp.clip(jnp.floor(ticks), 0.0, LONGEST_DELAY - 2.0)
     part = jnp.minimum(ticks - whole, 1.0)
     first = jnp.clip(jnp.ceil(part * steps.astype(part.dtype)).astype(steps.dtype), 1, steps)
-    old, new = each(part * duration, first), each((1 - part) * duration, steps + 1 - first)
+    numbers = jnp.stack([first, steps + 1 - first]).astype(part.dtype)
+    both = jax.vmap(over)(jnp.stack([part, 1 - part]) * duration / numbers)
+    old, new = (jax.tree.map(operator.itemgetter(k), both) for k in (0, 1))
     return _Spans(old, new, first, steps + 1, whole.astype(steps.dtype))
 
 
