@@ -27,6 +27,7 @@ from jax.experimental import serialize_executable
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import replacing
+from jaxmotor._precision import in_float64
 
 Arrays = dict[str, jax.Array]
 Call = Callable[[list[Any]], Arrays]
@@ -40,29 +41,45 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
     """`function` of PyTrees, jitted; it returns arrays by name. Leaves that are no arrays choose the program."""
     jitted = eqx.filter_jit(function)
 
-    @functools.wraps(function)
-    def call(*arguments: Any) -> Arrays:
+    def ready(*arguments: Any) -> tuple[Call, list[Any]] | None:
+        """The compiled program, and what it takes of `arguments`; None where no folder keeps programs."""
         folder = jax.config.values["jax_compilation_cache_dir"]
         dynamic, static = eqx.partition(arguments, _is_array)
         leaves, tree = jax.tree.flatten(dynamic)
         if folder is None or any(isinstance(leaf, Tracer) for leaf in leaves):
-            return jitted(*arguments)
+            return None
         chosen, choices = jax.tree.flatten(static)
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
         # Compared as it is, not printed: printing a large tree takes longer than running its program.
         about = (function, folder, tree, choices, tuple(chosen), shapes, jnp.result_type(float), jax.default_backend())
-        called = _recent.get(about)
-        if called is None:
+
+        def made() -> Call:
             path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.program"
 
             def flat(leaves: list[Any]) -> Arrays:
                 return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
 
-            called = _loaded(path, leaves) or _compiled(path, flat, leaves)
-            _recent.put(about, called)
-        return called(leaves)
+            return _loaded(path, leaves) or _compiled(path, flat, leaves)
 
+        return _recent.get(about, made), leaves
+
+    @functools.wraps(function)
+    def call(*arguments: Any) -> Arrays:
+        found = ready(*arguments)
+        return jitted(*arguments) if found is None else found[0](found[1])
+
+    call.ready = ready  # pyright: ignore[reportFunctionMemberAccess]
     return call
+
+
+def compile_ahead(called: Callable[..., Arrays], *arguments: Any) -> None:
+    """Compile the `program` for arrays like `arguments` in a thread of its own, while something else is computed."""
+
+    def ready() -> None:
+        with contextlib.suppress(Exception):  # whoever calls the program will see it
+            in_float64(called.ready)(*arguments)  # pyright: ignore[reportFunctionMemberAccess]
+
+    threading.Thread(target=ready).start()
 
 
 class _Recent:
@@ -72,19 +89,22 @@ class _Recent:
         self.lock = threading.Lock()
         self.known: dict[Any, Call] = {}
         """By use, the latest last."""
+        self.making: dict[Any, threading.Lock] = {}
 
-    def get(self, about: Any) -> Call | None:
+    def get(self, about: Any, make: Callable[[], Call]) -> Call:
+        """The program, which `make` makes where it is not known: once, however many threads ask for it."""
         with self.lock:
-            called = self.known.pop(about, None)
-            if called is not None:
+            making = self.making.setdefault(about, threading.Lock())
+        with making:
+            called = self.known.get(about) or make()
+            with self.lock:
+                self.known.pop(about, None)
                 self.known[about] = called
-            return called
-
-    def put(self, about: Any, called: Call) -> None:
-        with self.lock:
-            self.known[about] = called
-            if len(self.known) > MOST:
-                self.known.pop(next(iter(self.known)))
+                if len(self.known) > MOST:
+                    oldest = next(iter(self.known))
+                    del self.known[oldest]
+                    self.making.pop(oldest, None)
+        return called
 
 
 _recent = _Recent()

@@ -7,6 +7,7 @@ import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
+from jaxmotor._programs import compile_ahead
 from jaxmotor.estimate._compiled import evaluate_program, response_program, start_program, trajectory_program
 from jaxmotor.estimate._electrical import electrical_share
 from jaxmotor.estimate._fingerprint import fingerprint
@@ -88,6 +89,7 @@ def identify(
     if method == "paper":
         return _paper(recording, packed, problem, fitted, notes, about)
     needs_more_than_one_frequency(recording, fitted)
+    compile_ahead(trajectory_program, problem, to_jax(np.zeros(3)), to_jax(np.uint32(seed)))
     response = _response(recording, fitted, notes)
     sines = None if response is None else response.motor
     psi = sines.psi if sines is not None and sines.solved else _data_start(problem)

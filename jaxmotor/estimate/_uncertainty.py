@@ -134,8 +134,8 @@ def _hidden(solution: Solution, problem: Problem) -> Float[Array, "lane row h"]:
     before = jnp.where(reset, 0.0, jnp.pad(volts[:, :-1], ((0, 0), (1, 0))))
     drag = -turning * jnp.abs(turning) / jnp.maximum((turning**2).max(), 1e-30)
     drives = (-jnp.sign(turning), before - volts, -jnp.sign(volts), drag)
-    both = [observe(motor, problem, drive, at_rest, late) for drive in drives]
-    return jnp.where(jnp.asarray(lanes.valid)[..., None], jnp.stack(both, axis=-1), 0.0)
+    found = jax.vmap(lambda drive: observe(motor, problem, drive, at_rest, late), out_axes=-1)(jnp.stack(drives))
+    return jnp.where(jnp.asarray(lanes.valid)[..., None], found, 0.0)
 
 
 def _open(error, jacobian, hidden, normal) -> tuple[dict[str, Array], Float[Array, " h"]]:

@@ -1,11 +1,13 @@
 """A motor with effects, and its free simulation in open or closed loop.
 
 Within a tick the motor moves in steps of at most about a millisecond; the linear part moves exactly in each, so that
-without effects any number of steps gives what `simulate` gives.
+without effects any number of steps gives what `simulate` gives. Laws are computed element by element: many experiments
+and many motors side by side are arrays in the place of numbers, which broadcast.
 """
 
 import abc
 import math
+import operator
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -17,6 +19,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxmotor.motor._linear import AbstractLinearMotor
 from jaxmotor.motor._scan import scan_rows
 from jaxmotor.motor.effects._base import AbstractEffect, AbstractLagSensorEffect, Scalar, Source
+from jaxmotor.motor.effects._elementwise import elementwise
 from jaxmotor.motor.effects._substep import (
     Linear,
     Parts,
@@ -50,19 +53,19 @@ class Motor(eqx.Module):
 
 
 class Rows(NamedTuple):
-    """What is done to a motor, row by row; experiments may stand end to end."""
+    """What is done to a motor, row by row; experiments may stand end to end, and in lanes side by side."""
 
-    volts: Float[Array, " n"]
+    volts: Float[Array, "n *lanes"]
     """Mean bridge voltage asked for, duty times nominal supply [V]; with a controller its reference [rad/s]."""
-    reset: Bool[Array, " n"]
+    reset: Bool[Array, "n *lanes"]
     """An experiment begins: the bridge was off before."""
-    initial_speed: Float[Array, " n"]
+    initial_speed: Float[Array, "n *lanes"]
     """Where `reset` is true [rad/s]."""
-    time: Float[Array, " n"]
+    time: Float[Array, "n *lanes"]
     """Since the recording began [s]."""
-    angle: Float[Array, " n"] | None = None
+    angle: Float[Array, "n *lanes"] | None = None
     """The measured angle [rad], for laws locked to it; without it they take the simulated one, which starts at 0."""
-    warmth: Float[Array, " n"] | None = None
+    warmth: Float[Array, "n *lanes"] | None = None
     """Where `reset` is true: the winding's relative rise of resistance (`WindingHeating.history`). Without it
     experiments follow each other in the order of their rows, and the winding cools in the time between them."""
 
@@ -116,15 +119,15 @@ class Begin(NamedTuple):
 class Run(NamedTuple):
     """What a motor with effects did, row by row."""
 
-    speed: Float[Array, " n"]
+    speed: Float[Array, "n *lanes"]
     """At the row [rad/s]."""
-    turn: Float[Array, " n"]
+    turn: Float[Array, "n *lanes"]
     """Angle turned from this row to the next [rad]."""
-    seen_speed: Float[Array, " n"]
+    seen_speed: Float[Array, "n *lanes"]
     """What a sensor of speed shows at the row [rad/s]."""
-    seen_turn: Float[Array, " n"]
+    seen_turn: Float[Array, "n *lanes"]
     """What the encoder shows of `turn`, before it is rounded to counts [rad]."""
-    volts: Float[Array, " n"]
+    volts: Float[Array, "n *lanes"]
     """Asked of the bridge at the row [V]."""
 
 
@@ -183,7 +186,7 @@ class _Angle(NamedTuple):
 class _Carry(NamedTuple):
     x: tuple[Scalar, ...]
     memory: tuple[Scalar, ...]
-    past: Float[Array, " k"]
+    past: Float[Array, "k *lanes"]
     """Voltages asked for, the latest first; empty without delay."""
     angle: Scalar
     """Simulated [rad]."""
@@ -211,7 +214,11 @@ class _Setup(NamedTuple):
 
     def over(self, length: Scalar) -> Linear:
         """The linear part over a step of `length` [s]."""
-        return linear_part(self.motor.linear, self.motor.viscous_share, self.parts, length)
+
+        def one(motor: Motor, length: Scalar) -> Linear:
+            return linear_part(motor.linear, motor.viscous_share, parts_of(motor.effects), length)
+
+        return elementwise(one, (self.motor, length))
 
     def resting(self, speed: Scalar) -> tuple[Scalar, ...]:
         return fresh(self.parts, lag_of(self.motor.linear, self.parts) is not None, speed)
@@ -220,7 +227,7 @@ class _Setup(NamedTuple):
 def simulate_motor(
     motor: Motor,
     rows: Rows,
-    duration: Float[Array, ""] | Float[Array, " n"],
+    duration: Float[Array, ""] | Float[Array, "n *lanes"],
     supply: Float[Array, ""],
     steps: Int[Array, ""] | int = 5,
     controller: AbstractController | None = None,
@@ -231,6 +238,9 @@ def simulate_motor(
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
+    What `motor` holds broadcasts against a row's lanes: with numbers of shape (k, 1) and rows of shape (n, 1, lane) it
+    is k motors in the same lanes, and results are (n, k, lane). A controller has one lane and one motor.
+
     `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
     that is rounded to counts of `count_rad` [rad] where this is given. Rows from `used` on are not simulated. Without
     `begin` the shaft stands at 0, in the middle of a count. `lengths` are a typical `duration` and the longest [s]:
@@ -239,6 +249,8 @@ def simulate_motor(
 
     **Raises:** `ValueError` where voltages may be early and a `controller`, which does not know them yet, chooses them.
     """
+    shape = jnp.broadcast_shapes(*(jnp.shape(leaf) for leaf in jax.tree.leaves((motor, rows.initial_speed[0]))))
+    motor = jax.tree.map(lambda leaf: jnp.reshape(leaf, (1,) * (len(shape) - jnp.ndim(leaf)) + jnp.shape(leaf)), motor)
     setup = _Setup(motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad)
     if controller is not None and setup.parts.early:
         raise ValueError("a controller cannot choose voltages that act before they are chosen")
@@ -256,22 +268,22 @@ def simulate_motor(
         return _tick(setup, now, _begun(setup, carry, row), row)
 
     inputs = _inputs(rows, duration, setup.parts.early)
-    _, run = scan_rows(tick, _start(setup, rows.volts.dtype, begin), inputs, used)
+    _, run = scan_rows(tick, _start(setup, rows.volts[0], shape, begin), inputs, used)
     return run
 
 
 def _inputs(rows: Rows, duration: Float[Array, "..."], early: bool) -> _Row:
-    lengths = jnp.broadcast_to(duration, rows.volts.shape)
+    lengths, one = jnp.broadcast_to(duration, rows.volts.shape), jnp.ones_like(rows.reset[:1])
     ended = jnp.concatenate([rows.time[:1], (rows.time + lengths)[:-1]])
     pause = jnp.maximum(rows.time - ended, 0.0)
     angle = None if rows.angle is None else _readings(rows.angle, rows.reset)
-    ends = jnp.concatenate([rows.reset[1:], jnp.ones(1, bool)])
-    volts = jnp.where(ends, rows.volts, jnp.roll(rows.volts, -1)) if early else rows.volts
+    ends = jnp.concatenate([rows.reset[1:], one])
+    volts = jnp.where(ends, rows.volts, jnp.roll(rows.volts, -1, axis=0)) if early else rows.volts
     return _Row(volts, rows.volts, rows.reset, rows.initial_speed, rows.time, pause, lengths, angle, rows.warmth)
 
 
-def _readings(angle: Float[Array, " n"], reset: Bool[Array, " n"]) -> _Readings:
-    end = jnp.ones(1, bool)
+def _readings(angle: Float[Array, "n *lanes"], reset: Bool[Array, "n *lanes"]) -> _Readings:
+    end = jnp.ones_like(reset[:1])
     last = jnp.concatenate([reset[1:], end])
     later = jnp.where(last, angle, jnp.concatenate([angle[1:], angle[-1:]]))
     inside = ~reset & ~last & ~jnp.concatenate([last[1:], end])
@@ -304,7 +316,7 @@ def _stepped(setup: _Setup, duration: Scalar) -> _Setup:
     """`setup` with as many steps as rows of `duration` need."""
     steps = jnp.ones_like(setup.steps) if setup.parts.steady else setup.steps
     for effect in setup.parts.loads:
-        steps = jnp.maximum(steps, jnp.ceil(duration / effect.longest_step_s - 1e-6).astype(steps.dtype))
+        steps = jnp.maximum(steps, jnp.ceil(duration.max() / effect.longest_step_s - 1e-6).astype(steps.dtype))
     return setup._replace(steps=steps)
 
 
@@ -312,11 +324,8 @@ def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) ->
     """Where a delay ends within the tick a further step begins, so that each step has one voltage."""
     steps, delays = setup.steps, setup.parts.delays
 
-    def each(length: Scalar, number: Int[Array, ""]) -> Linear:
-        return over(length / number.astype(length.dtype))
-
     if not delays:
-        even, none = each(duration, steps), jnp.zeros_like(steps)
+        even, none = over(duration / steps.astype(duration.dtype)), jnp.zeros_like(steps)
         return _Spans(even, even, none, steps, none)
     ticks = sum((effect.delay() for effect in delays), jnp.zeros_like(duration)) / duration
     if setup.parts.early:  # and nowhere else: at a delay of zero the limit would halve its derivative
@@ -324,15 +333,17 @@ def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) ->
     whole = jnp.clip(jnp.floor(ticks), 0.0, LONGEST_DELAY - 2.0)
     part = jnp.minimum(ticks - whole, 1.0)
     first = jnp.clip(jnp.ceil(part * steps.astype(part.dtype)).astype(steps.dtype), 1, steps)
-    old, new = each(part * duration, first), each((1 - part) * duration, steps + 1 - first)
+    numbers = jnp.stack([first, steps + 1 - first]).astype(part.dtype)
+    both = jax.vmap(over)(jnp.stack([part, 1 - part]) * duration / numbers)
+    old, new = (jax.tree.map(operator.itemgetter(k), both) for k in (0, 1))
     return _Spans(old, new, first, steps + 1, whole.astype(steps.dtype))
 
 
-def _start(setup: _Setup, dtype: Any, begin: Begin | None) -> _Carry:
-    zero = jnp.zeros((), dtype)
+def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: Begin | None) -> _Carry:
+    zero = jnp.zeros(shape, volts.dtype)
     angle, reading = (zero, zero + 0.5) if begin is None else begin
     memory = tuple(zero for _ in setup.parts.memories)
-    past = jnp.zeros(LONGEST_DELAY if setup.parts.delays else 0, dtype)
+    past = jnp.zeros((LONGEST_DELAY if setup.parts.delays else 0, *volts.shape), volts.dtype)
     control = None if setup.controller is None else setup.controller.begin()
     return _Carry(setup.resting(zero), memory, past, angle, zero, reading, control)
 
@@ -359,8 +370,8 @@ def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carr
     if setup.controller is not None:
         volts, control = setup.controller.volts(control, volts, carry.read, row.duration)
     past = jnp.concatenate([volts[None], carry.past[:-1]]) if parts.delays else carry.past
-    old, new = (past[spans.whole + 1], past[spans.whole]) if parts.delays else (volts, volts)
-    zero = jnp.zeros_like(volts)
+    old, new = (_ago(past, spans.whole + 1), _ago(past, spans.whole)) if parts.delays else (volts, volts)
+    zero = jnp.zeros_like(carry.angle)
     measured = None if row.angle is None else _measured(parts, row.angle, carry.memory)
     state = _steps(setup, spans, State(carry.x, carry.memory, zero, zero), (old, new), measured or carry.angle, row)
     seen = state.seen + _disc_error(parts, carry.angle, state.turn, measured)
@@ -368,6 +379,11 @@ def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carr
     after = _Carry(state.x, state.memory, past, carry.angle + state.turn, read, reading, control)
     speed = carry.x[0]
     return after, Run(speed, state.turn, shown_speed(parts, speed, carry.memory, setup.supply), seen, volts)
+
+
+def _ago(past: Float[Array, "k *lanes"], ticks: Int[Array, "..."]) -> Scalar:
+    """The voltage asked for that many `ticks` ago [V]."""
+    return jnp.take_along_axis(past, ticks[None], 0, mode="promise_in_bounds")[0]
 
 
 def _steps(

@@ -15,6 +15,9 @@ def scan_rows(
     if count is None:
         return jax.lax.scan(step, carry, rows)
 
+    # Traced once for the shapes of its results, and once more for the loop, unless it is known to be the same.
+    step = jax.jit(step, inline=True)
+
     def at(k: Int[Array, ""]) -> Any:
         return jax.tree.map(lambda leaf: jax.lax.dynamic_index_in_dim(leaf, k, 0, keepdims=False), rows)
 

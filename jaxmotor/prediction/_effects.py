@@ -1,16 +1,21 @@
 """What a log would hold of a motor with effects."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from jaxmotor.motor import Motor, Rows, Run, simulate_motor, warmth
 from jaxmotor.prediction._log import Log
 from jaxmotor.prediction._problem import Problem
 
 
-def seen(motor: Motor, speeds: Float[Array, " k"], log: Log) -> Float[Array, "row lane"]:
-    """The readings [units] of `motor` whose pieces begin at `speeds` [rad/s]. Rows come first, as they are walked."""
+def seen(motor: Motor, speeds: Float[Array, "*batch k"], log: Log) -> Float[Array, "row *batch lane"]:
+    """The readings [units] of `motor` whose pieces begin at `speeds` [rad/s]. Rows come first, as they are walked.
+
+    Where what `motor` holds has an axis, there are as many motors.
+    """
     run, problem = _simulated(motor, speeds, log), log.problem
     if problem.kind == "turn":
         return run.seen_turn / problem.unit
@@ -19,42 +24,45 @@ def seen(motor: Motor, speeds: Float[Array, " k"], log: Log) -> Float[Array, "ro
 
 def residuals(motors: Motor, speeds: Float[Array, "batch k"], log: Log) -> Float[Array, "row batch lane"]:
     """Measured minus predicted [units] of each of a batch of motors; zero where nothing was measured."""
-    observed = jnp.asarray(log.problem.lanes.observed).T
-
-    def one(motor: Motor, speeds: Float[Array, " k"]) -> Float[Array, "row lane"]:
-        return jnp.where(log.problem.lanes.valid.T, observed - seen(motor, speeds, log), 0.0)
-
-    return jax.vmap(one, out_axes=1)(motors, speeds)
+    lanes = log.problem.lanes
+    return jnp.where(_by_row(lanes.valid), _by_row(lanes.observed) - seen(motors, speeds, log), 0.0)
 
 
-def _simulated(motor: Motor, speeds: Float[Array, " k"], log: Log) -> Run:
-    """Of all lanes (row, lane)."""
-    lanes, duration = log.problem.lanes, jnp.asarray(log.problem.lanes.duration)
+def _simulated(motor: Motor, speeds: Float[Array, "*batch k"], log: Log) -> Run:
+    """Of all lanes (row, ..., lane)."""
+    lanes, each = log.problem.lanes, speeds.ndim - 1
     # Lanes do not hold experiments in their order; what is warm is followed through the whole recording instead.
-    rise = warmth(motor, log.heard)
+    rise = jax.vmap(warmth, (0, None))(motor, log.heard) if each else warmth(motor, log.heard)
+
+    def chosen(values: Float[Array, "*batch all"], place: Int[Array, "lane row"]) -> Float[Array, "row *batch lane"]:
+        return jnp.moveaxis(values[..., place.T], -2, 0)
+
     rows = Rows(
-        jnp.asarray(lanes.volts),
-        jnp.asarray(lanes.reset),
-        jnp.asarray(lanes.free) * speeds[lanes.piece],
-        log.time,
-        log.angle,
-        None if rise is None else rise[log.row],
+        _by_row(lanes.volts, each),
+        _by_row(lanes.reset, each),
+        _by_row(lanes.free, each) * chosen(speeds, lanes.piece),
+        _by_row(log.time, each),
+        None if log.angle is None else _by_row(log.angle, each),
+        None if rise is None else chosen(rise, log.row),
     )
-
-    def lane(rows: Rows, duration: Float[Array, "*n"]) -> Run:
-        return simulate_motor(motor, rows, duration, log.supply, log.steps, used=log.used, lengths=log.lengths)
-
-    return jax.vmap(lane, (0, None if duration.ndim == 0 else 0), 1)(rows, duration)
+    motor = jax.tree.map(lambda leaf: leaf[..., None], motor)
+    duration = _by_row(lanes.duration, each)
+    return simulate_motor(motor, rows, duration, log.supply, log.steps, used=log.used, lengths=log.lengths)
 
 
-def _mean_speed(run: Run, problem: Problem) -> Float[Array, "row lane"]:
+def _by_row(values: Any, each: int = 1) -> Array:
+    """`values` (lane, row) as (row, 1, lane), or (row, lane) where not `each` of several motors is asked for."""
+    values = jnp.asarray(values).T
+    return values[:, None] if each and values.ndim else values
+
+
+def _mean_speed(run: Run, problem: Problem) -> Float[Array, "row *batch lane"]:
     """Mean over the window before each row; within the row in which it begins the speed is a straight line."""
-    lanes = problem.lanes
+    lanes, each = problem.lanes, run.seen_turn.ndim - 2
     angle = jnp.cumsum(run.seen_turn, axis=0) - run.seen_turn
-    first = jnp.arange(angle.shape[0], dtype=jnp.int32)[:, None] - jnp.asarray(lanes.back, jnp.int32).T
-    duration = jnp.broadcast_to(jnp.asarray(lanes.duration).T, angle.shape)
-    every = (angle, run.seen_speed, run.seen_turn, duration)
+    back, part, duration = (_by_row(values, each) for values in (lanes.back, lanes.part, lanes.duration))
+    first = jnp.arange(len(angle), dtype=jnp.int32).reshape(-1, *(1,) * (angle.ndim - 1)) - back.astype(jnp.int32)
+    every = (angle, run.seen_speed, run.seen_turn, jnp.broadcast_to(duration, back.shape))
     before, begin, turn, length = (jnp.take_along_axis(values, first, axis=0) for values in every)
-    part = jnp.asarray(lanes.part).T
     inside = part * begin + (part / length) ** 2 * (turn - begin * length)
     return (angle - before - inside) / problem.window

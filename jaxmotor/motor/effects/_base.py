@@ -16,7 +16,8 @@ from jaxtyping import Array, Float
 from jaxmotor._precision import to_jax
 
 E = TypeVar("E", bound="AbstractEffect")
-Scalar = Float[Array, ""]
+Scalar = Float[Array, "..."]
+"""One number, or one for each of the motors and experiments that are simulated side by side."""
 Kind = Literal["positive", "signed", "amplitude", "phase", "fixed"]
 
 INFINITE = 1e6

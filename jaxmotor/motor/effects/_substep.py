@@ -87,12 +87,14 @@ class Linear(NamedTuple):
 def linear_part(motor: AbstractLinearMotor, viscous_share: Scalar, parts: Parts, duration: Scalar) -> Linear:
     lag = lag_of(motor, parts)
     load = parts.loads[0].load() if parts.loads else None
-    gapped = load is not None and load.gap is not None
 
-    def over(in_contact: bool) -> Matrix:
-        return propagator(motor, viscous_share, lag, load, in_contact, duration)
+    def over(contact: Scalar | None) -> Matrix:
+        return propagator(motor, viscous_share, lag, load, contact, duration)
 
-    return Linear(duration, over(True), over(False) if gapped else None, lag)
+    if load is None or load.gap is None:
+        return Linear(duration, over(None), None, lag)
+    closed, open_ = jax.vmap(over)(jnp.array([1.0, 0.0], duration.dtype))
+    return Linear(duration, closed, open_, lag)
 
 
 def lag_of(motor: AbstractLinearMotor, parts: Parts) -> Scalar | None:

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from jaxmotor.motor.effects._base import Scalar
+from jaxmotor.motor.effects._elementwise import elementwise
 from jaxmotor.motor.effects._substep import Linear
 
 NODES, ORDER = 256, 6
@@ -22,9 +23,10 @@ def tabulated(over: Callable[[Scalar], Linear], lengths: Float[Array, " 2"]) -> 
     """
     short, longest = SHORT * lengths[0], lengths[1]
     spacing = jnp.arcsinh(longest / short) / (NODES - 1)
-    table = jax.vmap(over)(short * jnp.sinh(spacing * jnp.arange(NODES, dtype=lengths.dtype)))
+    nodes = short * jnp.sinh(spacing * jnp.arange(NODES, dtype=lengths.dtype))
+    table = jax.vmap(over)(nodes)
 
-    def at(length: Scalar) -> Linear:
+    def one(table: Linear, length: Scalar) -> Linear:
         # A polynomial knows nothing of what is beyond its nodes: padding, and rows that no other one follows.
         length = jnp.minimum(length, longest)
         place = jnp.arcsinh(length / short) / spacing
@@ -36,7 +38,7 @@ def tabulated(over: Callable[[Scalar], Linear], lengths: Float[Array, " 2"]) -> 
 
         return jax.tree.map(mean, table)._replace(duration=length)
 
-    return at
+    return lambda length: elementwise(one, (table, length), table.duration.ndim - 1)
 
 
 def _lagrange(place: Scalar) -> Float[Array, " order"]:
