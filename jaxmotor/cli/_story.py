@@ -10,6 +10,7 @@ from jaxmotor.recording import ranges
 from jaxmotor.validation import Interval
 from jaxmotor.words import (
     LOOP,
+    allowing,
     bracket,
     likely,
     looks_like,
@@ -37,7 +38,7 @@ def diagnosis_text(diagnosis: Diagnosis, written: Sequence[Path] = ()) -> str:
         *_part("why", _why(diagnosis)),
         *_part("how sure", _sure(diagnosis)),
         *_part("what it costs", _costs(diagnosis)),
-        *_part("the motor", [_motor(diagnosis)]),
+        *_part("the motor", [text for text in (_motor(diagnosis), allowing(diagnosis)) if text]),
         *_part("what to do", _advice(diagnosis)),
         *_part("note", _notes(diagnosis)),
         *_part("wrote", [_wrote(written)] if written else []),
@@ -59,7 +60,7 @@ def _wrong(diagnosis: Diagnosis) -> list[str]:
     if not math.isfinite(missing.rms_V):
         return []
     lacks = f"the linear model lacks {1e3 * missing.rms_V:.3g} mV rms at the motor{of_rounding(missing)}"
-    if diagnosis.verdict == "complete":
+    if diagnosis.verdict == "complete" or diagnosis.undecided:
         return [lacks, nothing_left()]
     most = MOST if diagnosis.verdict == "unexplained" else MOST - 1
     return [lacks, *(seen_in(look) for look in diagnosis.looks[:most] if look.beyond_chance)]

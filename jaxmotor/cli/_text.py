@@ -5,7 +5,7 @@ from pathlib import Path
 
 from jaxmotor.estimate import Fit, to_json
 from jaxmotor.recording import ranges
-from jaxmotor.words import floor, noise_words, with_error
+from jaxmotor.words import allowing, floor, noise_words, with_error
 
 RPM = 60 / (2 * math.pi)
 """rpm in one rad/s."""
@@ -24,11 +24,8 @@ def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
         lines.append(f"  L/R     {with_error(1e3 * tau, 1e3 * error, 'ms')}")
     if fit.method == "exact":
         lines.append(f"  offset  {with_error(1e3 * fit.offset_V, 1e3 * fit.offset_standard_error_V, 'mV')}")
-    if fit.open_hypotheses and fit.allowed is not None:
-        gains, poles = ([f"{end:.4g}" for end in ends] for ends in (fit.allowed.gain, fit.allowed.pole))
-        lines.append(
-            f"  with what the input leaves open: gain {' to '.join(gains)} rad/s/V, pole {' to '.join(poles)} rad/s"
-        )
+    left_open = allowing(fit)
+    lines += [f"  {left_open}"] if left_open else []
     lines.append(f"  noise   {noise_words(fit.noise)}")
     one = f"1 = {floor(fit.floor_known)}"
     lines.append(f"  fit     {fit.fit_percent:.1f} % of the speed; chi2 {fit.chi2_per_sample:.3g} per sample ({one})")

@@ -11,6 +11,7 @@ from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._free import linear_of, without_timing
 from jaxmotor.diagnosis._held_out import HeldOut, hold_out, kept, worth_of
 from jaxmotor.diagnosis._joint import joint_covariance
+from jaxmotor.diagnosis._left_open import left_open, moves
 from jaxmotor.diagnosis._looks import Look, looks
 from jaxmotor.diagnosis._loops import loop_gains
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
@@ -66,15 +67,18 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         raise refused
     effects, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
     twins = _twins(found, effects)
+    errors = linear_errors(found.fitted, with_twins(found.fitted, spread, list(twins.values())))
+    opened, allowed = left_open(study, fit, found, errors)
+    undecided = verdict == "complete" and moves(opened, found.fitted.motor)
     return Diagnosis(
         fit=fit,
         linear=without_timing(linear.motor),
         motor=without_timing(found.fitted.motor),
-        standard_error=linear_errors(found.fitted, with_twins(found.fitted, spread, list(twins.values()))),
+        standard_error=errors,
         covariance=linear_covariance(found.fitted, spread),
         joint=joint_covariance(found.fitted, spread, rig_of(study.recording, study.trial)),
         effects=effects,
-        verdict=verdict,
+        verdict="unexplained" if undecided else verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
         whole=worth_of(fit.fitted, before, after, seed),
         adds_up=float(study.trial.memory) > 0,
@@ -86,11 +90,15 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         learned=learn(recording, study.solver, found.fitted) if verdict == "unexplained" else (),
         experiments=_experiments(study, found.fitted, twins),
         notes=(
-            *_notes(fit.notes if verdict == "unexplained" else check(recording), held, found, effects),
+            *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, effects),
             *_ambiguous(found.fitted, spread, twins),
             *([timing.sentence] if timing else []),
+            *(one.note for one in opened),
             *([EARLY] if verdict == "unexplained" and is_early(recording, found.fitted) else []),
         ),
+        open_hypotheses=opened,
+        allowed=allowed,
+        undecided=undecided,
         timing=timing,
     )
 
@@ -217,6 +225,12 @@ def _experiments(study: Study, fitted: Fitted, twins: dict[tuple[str, str], Fitt
     """For each effect, what tells it from its rivals that this recording cannot."""
     wanted = [experiment(study.solver, pair, fitted.motor, other, study.recording) for pair, other in twins.items()]
     return tuple(sorted(wanted, key=lambda one: -one.chi2_excess))
+
+
+def _of_linear(fit: Fit) -> tuple[str, ...]:
+    """The notes of `fit` but for what it leaves open: that depends on the effects."""
+    told = [one.note for one in fit.open_hypotheses]
+    return tuple(note for note in fit.notes if note not in told)
 
 
 def _notes(known: tuple[str, ...], held: HeldOut, found: Found, effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:

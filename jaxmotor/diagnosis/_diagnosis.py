@@ -7,10 +7,10 @@ import numpy as np
 
 from jaxmotor.diagnosis._experiment import Experiment
 from jaxmotor.diagnosis._learned_law import LearnedLaw
-from jaxmotor.diagnosis._looks import Look
+from jaxmotor.diagnosis._looks import Coordinate, Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
-from jaxmotor.estimate import Fit, Joint, Timing, Trace, angle_fit_percent
+from jaxmotor.estimate import Allowed, Fit, Joint, OpenHypothesis, Timing, Trace, angle_fit_percent
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
@@ -20,6 +20,14 @@ if TYPE_CHECKING:
 
 LEARNED = 0.5
 """Share of the excess that a learned curve must explain to say what the rest looks like."""
+LOOK_OF: dict[str, Coordinate] = {
+    "friction": "speed",
+    "drag": "speed",
+    "dead zone": "voltage",
+    "delay": "frequency",
+    "electrical lag": "frequency",
+}
+"""What an open hypothesis depends on."""
 Verdict = Literal["complete", "extended", "unexplained"]
 
 
@@ -106,7 +114,7 @@ class Diagnosis:
     linear: Motor
     """The linear motor fitted as the extended one is: without offset, its slow electrical lag within what is usual."""
     motor: Motor
-    """The extended motor; the linear one where the verdict is `complete`."""
+    """The extended motor; the linear one where no effect is named."""
     standard_error: dict[str, float]
     """Of the extended motor's linear part: gain_rad_s_V, pole_rad_s, electrical_time_constant_s, viscous_share. Where
     an inseparable rival comes with another gain or pole, they allow for that."""
@@ -117,7 +125,8 @@ class Diagnosis:
     effects: tuple[FoundEffect, ...]
     """The largest held-out gain first."""
     verdict: Verdict
-    """`complete`: nothing is left over; `extended`: nothing beside the effects; `unexplained`: see `looks_like`."""
+    """`complete`: nothing is left over; `extended`: nothing beside the effects; `unexplained`: something is, or the
+    input leaves open what it could be (`undecided`); see `looks_like`."""
     held_out: Worth
     """Both motors refitted without these segments, scored on them."""
     whole: Worth
@@ -138,6 +147,13 @@ class Diagnosis:
     experiments: tuple[Experiment, ...]
     """What to record next to tell rivals apart, the most telling first."""
     notes: tuple[str, ...]
+    open_hypotheses: tuple[OpenHypothesis, ...]
+    """Laws that the recording can neither show nor exclude beside the motor."""
+    allowed: Allowed | None
+    """Intervals of gain and pole that allow for them; None where the linear motor is not determined."""
+    undecided: bool
+    """Nothing is left over, but `open_hypotheses` would move the linear motor by more than 5 %: the verdict is
+    `unexplained`."""
     timing: Timing | None = None
     """The log's own, where its header does not state it and the data show one."""
 
@@ -146,6 +162,10 @@ class Diagnosis:
         """The most telling look at what is left, where the verdict is `unexplained`."""
         if self.verdict != "unexplained":
             return None
+        if self.undecided:
+            names = ", ".join(one.phrase for one in self.open_hypotheses)
+            text = f"{names} or nothing, which this input does not show"
+            return Look(LOOK_OF[self.open_hypotheses[0].name], text, 0.0, 0.0, np.zeros(0), np.zeros(0))
         looks = self.left_looks if self.effects else self.looks
         best = self.learned[0] if self.learned else None
         if looks and looks[0].outside and looks[0].share > LEARNED:

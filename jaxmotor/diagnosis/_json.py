@@ -9,6 +9,7 @@ from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
+from jaxmotor.estimate import open_to_json
 from jaxmotor.validation import Interval
 
 FORMAT = 1
@@ -24,6 +25,8 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "linear": {"gain_rad_s_V": float(linear.gain), "pole_rad_s": float(linear.pole)},
         "model": {"gain_rad_s_V": float(motor.gain), "pole_rad_s": float(motor.pole)},
         "standard_error": {name: _number(value) for name, value in diagnosis.standard_error.items()},
+        **open_to_json(diagnosis.open_hypotheses, diagnosis.allowed),
+        "undecided": diagnosis.undecided,
         "effects": [_effect(found) for found in diagnosis.effects],
         "timing": None if diagnosis.timing is None else dataclasses.asdict(diagnosis.timing),
         "held_out": _worth(diagnosis.held_out),

@@ -30,6 +30,11 @@ from jaxmotor.estimate._model_file import read_model as read_model
 from jaxmotor.estimate._model_file import to_json as to_json
 from jaxmotor.estimate._model_joint import Joint as Joint
 from jaxmotor.estimate._model_joint import names_of as names_of
+from jaxmotor.estimate._open_hypotheses import Allowed as Allowed
+from jaxmotor.estimate._open_hypotheses import Hidden as Hidden
+from jaxmotor.estimate._open_hypotheses import OpenHypothesis as OpenHypothesis
+from jaxmotor.estimate._open_hypotheses import open_hypotheses as open_hypotheses
+from jaxmotor.estimate._open_hypotheses import open_to_json as open_to_json
 from jaxmotor.estimate._response_fit import fit_response as fit_response
 from jaxmotor.estimate._sine_data import SineData as SineData
 from jaxmotor.estimate._sine_data import sine_data as sine_data
@@ -48,5 +53,7 @@ from jaxmotor.estimate._traces import floors as floors
 from jaxmotor.estimate._traces import traces_of as traces_of
 from jaxmotor.estimate._trajectory import solve as solve
 from jaxmotor.estimate._trajectory import whitened as whitened
+from jaxmotor.estimate._uncertainty import HIDDEN as HIDDEN
+from jaxmotor.estimate._uncertainty import drives as drives
 from jaxmotor.estimate._uncertainty import uncertainty as uncertainty
 from jaxmotor.prediction import Noise as Noise

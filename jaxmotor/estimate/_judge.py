@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, open_hypotheses
+from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, hidden_laws, open_hypotheses
 from jaxmotor.estimate._timing import Timing
 from jaxmotor.estimate._trajectory import Solution
-from jaxmotor.estimate._uncertainty import Uncertainty
+from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
 from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.prediction import LAG_S, Packed
 from jaxmotor.recording import Recording
@@ -84,7 +84,7 @@ def judge(
         )
     timing = None
     if row_s is not None:
-        lag = LAG_S[1] * np.asarray(errors.lag_shift)
+        lag = LAG_S[1] * np.asarray(errors.hidden_shift)[:, HIDDEN.index("electrical lag")]
         covariance = covariance + np.outer(lag, lag)
         timing = Timing(row_s * float(psi[-1]), row_s * float(np.sqrt(covariance[-1, -1])))
         psi, covariance, model = psi[:-1], covariance[:-1, :-1], model[:-1, :-1]
@@ -96,7 +96,8 @@ def judge(
     slope[:2] = -offset / psi[0], 1 / psi[0]
     _determined(recording, psi, model, float(errors.pole_share))
     notes += _wide(psi, kept)
-    left_open, allowed = open_hypotheses(packed, solution, errors, 1.96 * np.sqrt(np.diag(kept)[:2]))
+    motor, half = np.array([psi[0], np.exp(psi[2])]), 1.96 * np.sqrt(np.diag(kept)[:2])
+    left_open, allowed = open_hypotheses(packed, float(errors.chi2), motor, half, hidden_laws(solution, errors))
     return Judgement(
         motor=linear_motor([psi[0], *np.exp(psi[2:])]),
         standard_error=linear_motor(np.sqrt(np.diag(kept))),

@@ -17,25 +17,29 @@ from jaxmotor.prediction import Packed
 LIKELY = 2.0
 """Standard errors by which an amount may be off."""
 MATTERS = 5.0
-"""Standard errors of gain or pole that the amounts left open must span to be worth a word."""
+"""Standard errors of gain or pole by which the largest amount left open must move them to be worth a word."""
 LEAST_SHARE = 0.01
-"""Part of gain or pole that they must span for that, too."""
+"""Part of gain or pole by which it must move them for that, too."""
 MOST_OF_VOLTAGE = 0.6
 """Part of the voltage that friction, a dead zone or drag takes at most of a motor that turns."""
 MOST_TICKS = 2.0
+MOST_LAG_S = 4e-3
+"""Electrical time constant of a small motor at most."""
 DECIDE = {
     "friction": "add steps of a second height",
     "dead zone": "add steps of a second height",
     "drag": "add steps of other heights",
     "delay": "add fast changes of the voltage",
+    "electrical lag": "measure L/R, or record shorter rows",
 }
 PHRASES = {
     "friction": "Coulomb friction",
     "dead zone": "a dead zone",
     "drag": "drag that grows with the square of the speed",
     "delay": "a delay",
+    "electrical lag": "an electrical time constant L/R",
 }
-UNITS = {"friction": "V", "dead zone": "V", "drag": "V at the highest speed", "delay": "ticks"}
+UNITS = {"friction": "V", "dead zone": "V", "drag": "V at the highest speed", "delay": "ticks", "electrical lag": "s"}
 
 
 class OpenHypothesis(NamedTuple):
@@ -50,10 +54,15 @@ class OpenHypothesis(NamedTuple):
     """The same [rad/s]."""
 
     @property
+    def phrase(self) -> str:
+        """The law, for people."""
+        return PHRASES[self.name]
+
+    @property
     def note(self) -> str:
         """What is open, what it would move, and the experiment that decides."""
         return (
-            f"this input does not show whether there is {PHRASES[self.name]}: with up to {self.largest:.2g} "
+            f"this input does not show whether there is {self.phrase}: with up to {self.largest:.2g} "
             f"{UNITS[self.name]} of it the gain would be up to {self.gain:.4g} rad/s/V and the pole {self.pole:.4g} "
             f"rad/s; to decide, {DECIDE[self.name]}"
         )
@@ -67,29 +76,53 @@ class Allowed(NamedTuple):
     pole: tuple[float, float]
     """The same [rad/s]."""
 
+    def spanning(self, motor: np.ndarray, half: np.ndarray) -> "Allowed":
+        """The intervals, wide enough for gain and pole of `motor` (2,) with `half` (2,) to each side."""
+        ends = zip(self, (motor - half).tolist(), (motor + half).tolist(), strict=True)
+        return Allowed(*((min(own[0], low), max(own[1], high)) for own, low, high in ends))
+
+
+class Hidden(NamedTuple):
+    """One law alone beside a motor, to first order."""
+
+    name: str
+    amount: float
+    """That fits best [`UNITS`]."""
+    error: float
+    """Its standard error, were the residual no more than white noise."""
+    shift: np.ndarray
+    """(2,) of the logarithms of gain and pole for one unit."""
+
+
+def hidden_laws(solution: Solution, errors: Uncertainty) -> list[Hidden]:
+    """Each of `HIDDEN` beside the linear motor."""
+    scale = np.array([float(solution.psi[0]), 1.0])[:, None]
+    shifts = np.asarray(errors.hidden_shift)[[0, 2]] / scale
+    columns = (np.asarray(errors.hidden).tolist(), np.asarray(errors.hidden_error).tolist(), shifts.T)
+    return [Hidden(*law) for law in zip(HIDDEN, *columns, strict=True)]
+
 
 def open_hypotheses(
-    packed: Packed, solution: Solution, errors: Uncertainty, half: np.ndarray
+    packed: Packed, chi2: float, motor: np.ndarray, half: np.ndarray, laws: list[Hidden]
 ) -> tuple[tuple[OpenHypothesis, ...], Allowed]:
-    """What is open, and the intervals that allow for it; (2,) `half` are those of gain and pole by themselves."""
-    psi = np.asarray(solution.psi)
-    motor = np.array([psi[0], np.exp(psi[2])])
+    """Which of `laws` are open, and the intervals that allow for them.
+
+    `motor` (2,) is gain and pole, `half` (2,) the half widths of their 95 % intervals if nothing else is there, `chi2`
+    what the motor leaves per sample.
+    """
     corners, found = [motor - half, motor + half], []
+    worth = np.maximum(MATTERS / 1.96 * half, LEAST_SHARE * np.abs(motor))
     colour = 1.0 if packed.observation.noise.known else max(packed.observation.noise.rows_per_reading, 1.0)
     # What the motor leaves beyond the noise is no chance: it biases an amount taken to first order.
-    wider = np.sqrt(colour) * max(float(errors.chi2), 1.0)
-    for number, name in enumerate(HIDDEN):
-        amount, error = float(errors.hidden[number]), float(errors.hidden_error[number]) * wider
-        low = max(amount - LIKELY * error, 0.0)
-        high = min(amount + LIKELY * error, _most(packed, name))
-        if not high > low:
+    wider = np.sqrt(colour) * max(chi2, 1.0)
+    for name, amount, error, shift in laws:
+        largest = min(amount + LIKELY * error * wider, _most(packed, name))
+        if largest <= 0:
             continue
-        shift = np.asarray(errors.hidden_shift)[[0, 2], number] / np.array([psi[0], 1.0])
-        with_it = _with(motor, shift, high, name)
+        with_it = _with(motor, shift, largest, name)
         corners += [with_it - half, with_it + half]
-        worth = np.maximum(MATTERS / 1.96 * half, LEAST_SHARE * np.abs(motor))
-        if (np.abs(with_it - _with(motor, shift, low, name)) > worth).any():
-            found.append(OpenHypothesis(name, high, float(with_it[0]), float(with_it[1])))
+        if (np.abs(with_it - motor) > worth).any():
+            found.append(OpenHypothesis(name, largest, float(with_it[0]), float(with_it[1])))
     lowest, highest = np.min(corners, axis=0), np.max(corners, axis=0)
     ends = [(float(low), float(high)) for low, high in zip(lowest, highest, strict=True)]
     return tuple(found), Allowed(*ends)
@@ -105,8 +138,8 @@ def _with(motor: np.ndarray, shift: np.ndarray, amount: float, name: str) -> np.
 
 def _most(packed: Packed, name: str) -> float:
     """The largest amount that a motor which turns under these voltages can have."""
-    if name == "delay":
-        return MOST_TICKS
+    if name in ("delay", "electrical lag"):
+        return MOST_TICKS if name == "delay" else MOST_LAG_S
     volts, observed = np.abs(packed.lanes.volts), np.abs(packed.lanes.observed)
     turning = packed.lanes.valid & (observed > 0.1 * observed[packed.lanes.valid].max(initial=0.0)) & (volts > 0)
     return MOST_OF_VOLTAGE * float(np.median(volts[turning])) if turning.any() else 0.0

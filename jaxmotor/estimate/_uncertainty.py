@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Key
+from jaxtyping import Array, Bool, Float, Key
 
 from jaxmotor.estimate._trajectory import Solution, solve_normal, whitened
 from jaxmotor.motor import SecondOrder
@@ -25,9 +25,10 @@ from jaxmotor.prediction import LAG_S, Problem, late_of, motor_of, observe, pred
 
 REDRAWS = 150
 """Random encoder offsets drawn for `requantised`."""
-HIDDEN = ("friction", "delay", "dead zone", "drag")
-"""What may hide behind gain, pole and offset: Coulomb friction [V], a delay [ticks], a dead zone [V], and drag with the
-square of the speed [V at the highest speed]. The first two are what `allowance` is of."""
+HIDDEN = ("friction", "delay", "dead zone", "drag", "electrical lag")
+"""What may hide behind gain, pole and offset: Coulomb friction [V], a delay [ticks], a dead zone [V], drag with the
+square of the speed [V at the highest speed], and the electrical time constant [s]. The first two are what `allowance`
+is of."""
 SMALLEST_REST = 1e-12
 """Part of its square that is left of a column for certain: below it there are rounding errors."""
 LEAST_REST = 1e-3
@@ -53,8 +54,6 @@ class Uncertainty(NamedTuple):
     log10_q: Float[Array, ""]
     chi2: Float[Array, ""]
     """Mean squared residual of the plain differences over the floor."""
-    lag_shift: Float[Array, " p"]
-    """By how much ψ moves with the electrical time constant beside a timing offset [1/s], else zero."""
     pole_share: Float[Array, ""]
     """Part of the motion (root mean square) that a pole e times as large would change, with gain and offset at their
     best [1]."""
@@ -70,12 +69,10 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
     """All four, from the linearisation at `solution`; nothing is fitted again."""
     size = solution.psi.shape[0]
     extra = _hidden(solution, problem)
-    lag = _by_lag(solution, problem)
-    columns = jnp.concatenate([solution.residual[..., None], solution.jacobian, extra, lag], axis=-1)
+    columns = jnp.concatenate([solution.residual[..., None], solution.jacobian, extra], axis=-1)
     starts = start_columns(solution.psi, problem)
     white, _, _ = whitened(columns, starts, 10**solution.log10_q, problem)
-    splits = (1, 1 + size, 1 + size + extra.shape[-1])
-    error, jacobian, hidden, lag = jnp.split(white, splits, axis=-1)
+    error, jacobian, hidden = jnp.split(white, (1, 1 + size), axis=-1)
     error = error[..., 0]
     extra = hidden[..., :2]
     count = jnp.asarray(problem.lanes.valid).sum().astype(error.dtype)
@@ -107,7 +104,6 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
         evidence=evidence,
         log10_q=solution.log10_q,
         chi2=chi2,
-        lag_shift=-inverse @ jnp.einsum("lrp,lrs->p", jacobian, lag),
         pole_share=_pole_share(solution, problem),
         hidden_error=hidden_error * jnp.sqrt(variance),
         **open_to,
@@ -129,13 +125,21 @@ def _hidden(solution: Solution, problem: Problem) -> Float[Array, "lane row h"]:
     reset, volts = jnp.asarray(lanes.reset), jnp.asarray(lanes.volts)
     at_rest = jnp.zeros_like(volts)
     turning = predict(solution.psi, solution.initial_speed, problem)
+    each = jnp.stack(drives(volts, reset, turning))
+    found = jax.vmap(lambda drive: observe(motor, problem, drive, at_rest, late), out_axes=-1)(each)
+    found = jnp.concatenate([found, _by_lag(solution, problem)[..., None]], axis=-1)
+    return jnp.where(jnp.asarray(lanes.valid)[..., None], found, 0.0)
+
+
+def drives(
+    volts: Float[Array, "lane row"], reset: Bool[Array, "lane row"], turning: Float[Array, "lane row"]
+) -> tuple[Float[Array, "lane row"], ...]:
+    """The voltage that one unit of each of `HIDDEN` but the last adds, of a motor that turns by `turning` [units]."""
     # A turn of less than a quarter count says nothing about the direction.
     turning = jnp.where(jnp.abs(turning) > 0.25, turning, 0.0)
     before = jnp.where(reset, 0.0, jnp.pad(volts[:, :-1], ((0, 0), (1, 0))))
     drag = -turning * jnp.abs(turning) / jnp.maximum((turning**2).max(), 1e-30)
-    drives = (-jnp.sign(turning), before - volts, -jnp.sign(volts), drag)
-    found = jax.vmap(lambda drive: observe(motor, problem, drive, at_rest, late), out_axes=-1)(jnp.stack(drives))
-    return jnp.where(jnp.asarray(lanes.valid)[..., None], found, 0.0)
+    return -jnp.sign(turning), before - volts, -jnp.sign(volts), drag
 
 
 def _open(error, jacobian, hidden, normal) -> tuple[dict[str, Array], Float[Array, " h"]]:
@@ -151,21 +155,17 @@ def _open(error, jacobian, hidden, normal) -> tuple[dict[str, Array], Float[Arra
     return {"hidden": amount, "hidden_shift": -held}, 1 / jnp.sqrt(own)
 
 
-def _by_lag(solution: Solution, problem: Problem) -> Float[Array, "lane row c"]:
-    """What a second of electrical time constant adds to the prediction [units]; no column without a timing offset."""
-    if problem.row is None:
-        return jnp.zeros((*solution.residual.shape, 0), solution.residual.dtype)
+def _by_lag(solution: Solution, problem: Problem) -> Float[Array, "lane row"]:
+    """What a second of electrical time constant adds to the prediction [units]."""
     volts = solution.psi[0] * jnp.asarray(problem.lanes.volts) + solution.psi[1]
     unit = motor_of(solution.psi.at[0].set(1.0), problem)
     start = jnp.asarray(problem.lanes.free) * solution.initial_speed[problem.lanes.piece]
+    lag = unit.electrical_time_constant if isinstance(unit, SecondOrder) else jnp.full_like(unit.pole, LAG_S[0])
 
     def at(lag: Float[Array, ""]) -> Float[Array, "lane row"]:
-        motor = SecondOrder(unit.gain, unit.pole, lag)
-        return observe(motor, problem, volts, start, late_of(solution.psi, problem))
+        return observe(SecondOrder(unit.gain, unit.pole, lag), problem, volts, start, late_of(solution.psi, problem))
 
-    lag = jnp.full_like(unit.pole, LAG_S[0])
-    _, column = jax.jvp(at, (lag,), (jnp.ones_like(lag),))
-    return jnp.where(jnp.asarray(problem.lanes.valid)[..., None], column[..., None], 0.0)
+    return jax.jvp(at, (lag,), (jnp.ones_like(lag),))[1]
 
 
 def _clustered(error, jacobian, normal, inverse, problem: Problem):

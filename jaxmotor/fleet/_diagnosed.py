@@ -8,7 +8,14 @@ from jaxmotor.diagnosis import diagnose, to_json
 from jaxmotor.fleet._ready import problem_of
 from jaxmotor.recording import Recording
 
-DIAGNOSIS_TEXTS = ("verdict", "effect_parameters", "effect_standard_errors", "looks_like", "diagnosis_problem")
+DIAGNOSIS_TEXTS = (
+    "verdict",
+    "effect_parameters",
+    "effect_standard_errors",
+    "looks_like",
+    "left_open",
+    "diagnosis_problem",
+)
 DIAGNOSIS_NUMBERS = (
     "diagnosed_gain_rad_s_V",
     "diagnosed_pole_rad_s",
@@ -40,6 +47,7 @@ def _columns(found: Mapping[str, Any]) -> dict[str, Any]:
         "effect_parameters": json.dumps({effect["name"]: effect["parameters"] for effect in effects}),
         "effect_standard_errors": json.dumps({effect["name"]: effect["standard_error"] for effect in effects}),
         "looks_like": None if found["looks_like"] is None else found["looks_like"]["text"],
+        "left_open": ", ".join(one["name"] for one in found["open_hypotheses"]) or None,
         "diagnosed_gain_rad_s_V": found["model"]["gain_rad_s_V"],
         "diagnosed_pole_rad_s": found["model"]["pole_rad_s"],
         "held_out_chi2_before": found["held_out"]["chi2_before"],

@@ -7,6 +7,7 @@ from jaxmotor.words._effects import named as named
 from jaxmotor.words._effects import scaled as scaled
 from jaxmotor.words._effects import sentence as sentence
 from jaxmotor.words._findings import LOOP as LOOP
+from jaxmotor.words._findings import allowing as allowing
 from jaxmotor.words._findings import floor as floor
 from jaxmotor.words._findings import likely as likely
 from jaxmotor.words._findings import looks_like as looks_like

@@ -29,6 +29,8 @@ class Diagnosed(NamedTuple):
     """Parameters by effect [SI]."""
     errors: Sizes
     looks_like: str | None
+    left_open: str | None
+    """Names of laws that the recording neither shows nor excludes."""
 
     @property
     def told(self) -> str:
@@ -36,6 +38,8 @@ class Diagnosed(NamedTuple):
         causes = [self._told(name) for name in self.effects]
         if self.looks_like is not None:
             causes.append(f"what is left looks like {self.looks_like}")
+        if self.left_open is not None:
+            causes.append(f"left open: {self.left_open}")
         return "; ".join(causes)
 
     def _told(self, name: str) -> str:
@@ -49,7 +53,8 @@ def diagnosed(row: dict[str, Any]) -> Diagnosed | None:
     if row.get("verdict") is None:
         return None
     sizes, errors = (_by_effect(row.get(key)) for key in ("effect_parameters", "effect_standard_errors"))
-    return Diagnosed(row["verdict"], tuple(row.get("effects") or ()), sizes, errors, row.get("looks_like"))
+    told = (row.get("looks_like"), row.get("left_open"))
+    return Diagnosed(row["verdict"], tuple(row.get("effects") or ()), sizes, errors, *told)
 
 
 def causes_section(rows: Sequence[dict[str, Any]]) -> Content:

@@ -8,7 +8,7 @@ import shlex
 from jaxmotor.diagnosis import Diagnosis, to_json
 from jaxmotor.present.report._html import Content, bullets, details, element, paragraph, table
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import capital, may_be, named
+from jaxmotor.words import allowing, capital, may_be, named
 
 PACKAGES = ("jaxmotor", "jax", "jaxlib", "equinox", "optimistix", "numpy")
 MOST_EXPERIMENTS = 3
@@ -44,6 +44,8 @@ def limits_section(story: Story) -> Content:
             "What is left over is less than that estimate of the noise, which was too large: chi2 says which motor is "
             "better, not whether anything is left to be explained."
         )
+    left_open = allowing(diagnosis)
+    limits += [] if left_open is None else [left_open]
     notes = [*diagnosis.notes, *(story.validation.notes if story.validation else ())]
     return [bullets(capital(f"{text.rstrip('.')}.") for text in limits + notes), _next(diagnosis)]
 

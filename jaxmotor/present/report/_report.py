@@ -18,6 +18,8 @@ from jaxmotor.words import named, with_error
 VERDICTS = {
     "complete": "A linear motor describes this recording down to its noise.",
     "extended": "A linear motor does not describe this recording; with {names} it does.",
+    "undecided": "A linear motor describes this recording down to its noise, but {names} would not show under this "
+    "input and would move gain or pole.",
     "unexplained": "A linear motor does not describe this recording, and {names}: see what it looks like.",
 }
 LONGEST_TITLE = 120
@@ -71,6 +73,8 @@ def _lead(story: Story) -> Content:
 
 
 def _verdict(story: Story) -> str:
+    if story.diagnosis.undecided:
+        return VERDICTS["undecided"].format(names=" or ".join(one.phrase for one in story.diagnosis.open_hypotheses))
     names = " and ".join(named(found.name) for found in story.diagnosis.effects)
     if story.diagnosis.verdict == "unexplained":
         do = "does" if len(story.diagnosis.effects) == 1 else "do"

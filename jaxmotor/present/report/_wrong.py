@@ -59,7 +59,7 @@ def _lacks(diagnosis: Diagnosis) -> Html:
 
 def _seen(diagnosis: Diagnosis) -> Content:
     telling = [look for look in diagnosis.looks if look.beyond_chance]
-    if diagnosis.verdict == "complete":
+    if diagnosis.verdict == "complete" or diagnosis.undecided:
         return paragraph(f"{capital(nothing_left())}.")
     if not telling:
         return paragraph("None of the coordinates explains more of it than chance.")
