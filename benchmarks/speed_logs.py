@@ -1,22 +1,29 @@
 """Logs of speeds: is the noise found, and do the intervals of gain and pole hold the truth?
 
-    python benchmarks/speed_logs.py [MOTORS [SEED]]
+    python benchmarks/speed_logs.py [MOTORS [SEED]] [--diagnose]
 
-Random linear motors under voltages of random height and length, simulated on a fine grid by scipy. The speed is the
-mean over 1 to 20 rows, which the log states, or comes through a first-order filter, which it cannot; rows are even or
-not; the noise, 0.1 to 5 % of the motion, is white or an autoregression whose memory is up to 20 rows.
+Random linear motors under voltages of random height and length, simulated exactly on a fine grid by scipy. The speed is
+the mean over 1 to 20 rows, or comes through a first-order filter of 0.5 to 5 rows; rows are even or not; the noise, 0.1
+to 5 % of the motion, is white or an autoregression whose memory is up to 20 rows. The header states the window, or
+nothing of how the speeds were made: a window is near where it is within 5 % of the true one. `--diagnose` diagnoses
+the logs that state nothing instead. Where a filter is slower than its motor the pole is that of the filter: which of
+the two is which no log of speeds says.
 """
 
+import dataclasses
+import math
 import sys
+from collections import Counter
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
 from scipy.signal import lfilter
 
-from jaxmotor import JaxmotorError, Recording, identify
+from jaxmotor import JaxmotorError, Recording, diagnose, identify
 from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor.estimate import SpeedAverage
 from jaxmotor.recording import Segment
 
 ROWS = 2000
@@ -35,6 +42,13 @@ class SpeedLog(NamedTuple):
     """Standard deviation [rad/s]."""
     seen: str
     """How the speed was made."""
+    length_s: float
+    """Of the window, or the filter's time constant [s]."""
+
+    @property
+    def unstated(self) -> Recording:
+        """With a header that does not say how the speed was made."""
+        return dataclasses.replace(self.recording, speed_window_s=None)
 
 
 class Result(NamedTuple):
@@ -46,6 +60,10 @@ class Result(NamedTuple):
     chi2: float
     z: tuple[float, float]
     """Errors of gain and pole in standard errors."""
+    length: float = math.nan
+    """Of the window or filter found, over the true one; infinite where there is none."""
+    said: str = ""
+    """What the diagnosis says, and the effects that it names."""
 
 
 def speed_log(rng: np.random.Generator, seen: str, rows: int = ROWS) -> SpeedLog:
@@ -59,14 +77,16 @@ def speed_log(rng: np.random.Generator, seen: str, rows: int = ROWS) -> SpeedLog
     at = np.concatenate([[0], np.cumsum(steps)])
     volts = _volts(rng, rows, 3.0 / (pole * period))
     speed, angle = _motion(gain, pole, np.repeat(volts, steps), fine)
-    window = 0
+    window, lag = 0, 0.0
     if seen in ("one row", "window", "uneven"):
         window = FINE if seen == "one row" else int(rng.integers(1, 20 * FINE))
         padded = np.concatenate([np.zeros(window), angle])
         speed = (padded[window:] - padded[: len(angle)]) / (window * fine)
     elif seen == "filter":
-        keep = np.exp(-1 / (rng.uniform(0.5, 5.0) * FINE))
-        speed = np.asarray(lfilter([1 - keep], [1, -keep], speed))
+        lag = rng.uniform(0.5, 5.0) * period
+        other, _ = _motion(1.0, 1 / lag, np.repeat(volts, steps), fine)
+        # Two lags in a row are a difference of two side by side.
+        speed = (gain * pole * other - speed / lag) / (pole - 1 / lag)
     read = speed[at[:-1]]
     level = 10 ** rng.uniform(-3, np.log10(0.05)) * read.std()
     read = read + level * _coloured(rng, rows)
@@ -76,7 +96,7 @@ def speed_log(rng: np.random.Generator, seen: str, rows: int = ROWS) -> SpeedLog
     recording = Recording(
         (segment,), seen, None if seen == "uneven" else period, speed_window_s=window * fine, supply_V=24.0
     )
-    return SpeedLog(recording, gain, pole, level, seen)
+    return SpeedLog(recording, gain, pole, level, seen, lag or window * fine)
 
 
 def _volts(rng: np.random.Generator, rows: int, hold: float) -> np.ndarray:
@@ -105,21 +125,44 @@ def _coloured(rng: np.random.Generator, rows: int) -> np.ndarray:
     )
 
 
-def results(motors: int, seed: int, seen: str) -> Iterator[Result | str]:
+def results(motors: int, seed: int, seen: str, stated: bool = True) -> Iterator[Result | str]:
     """One for each motor; a sentence where it was refused."""
     for number in range(motors):
         log = speed_log(np.random.default_rng([seed, number]), seen)
         try:
-            fit = identify(log.recording)
+            fit = identify(log.recording if stated else log.unstated)
         except JaxmotorError as error:
             yield str(error)
             continue
-        errors = fit.standard_error
-        z = (
-            (float(fit.motor.gain) - log.gain) / float(errors.gain),
-            (float(fit.motor.pole) - log.pole) / float(errors.pole),
-        )
-        yield Result(seen, fit.noise.level / log.noise, fit.chi2_per_sample, z)
+        z = judged(log, fit.motor, (float(fit.standard_error.gain), float(fit.standard_error.pole)))
+        length = math.nan if stated else length_of(log, fit.average)
+        yield Result(seen, fit.noise.level / log.noise, fit.chi2_per_sample, z, length)
+
+
+def diagnosed(motors: int, seed: int, seen: str) -> Iterator[Result]:
+    """The same of `diagnose`, of logs that do not state how the speed was made."""
+    for number in range(motors):
+        log = speed_log(np.random.default_rng([seed, number]), seen)
+        found = diagnose(log.unstated)
+        errors = found.standard_error
+        z = judged(log, found.motor.linear, (errors["gain_rad_s_V"], errors["pole_rad_s"]))
+        said = ", ".join([found.verdict, *(effect.name for effect in found.effects)])
+        level, chi2 = found.fit.noise.level / log.noise, found.whole.after.chi2_per_sample
+        yield Result(seen, level, chi2, z, length_of(log, found.average), said)
+
+
+def judged(log: SpeedLog, motor: Any, errors: tuple[float, float]) -> tuple[float, float]:
+    """Errors of gain and pole in standard errors; the pole is the slower one of motor and filter."""
+    pole = min(log.pole, 1 / log.length_s) if log.seen == "filter" else log.pole
+    return (float(motor.gain) - log.gain) / errors[0], (float(motor.pole) - pole) / errors[1]
+
+
+def length_of(log: SpeedLog, average: SpeedAverage | None) -> float:
+    """The length that was found over the true one, 1 where there is none and none was found, else infinite."""
+    kind = {"instantaneous": None, "filter": "filter"}.get(log.seen, "window")
+    if average is None or average.kind != kind:
+        return 1.0 if average is None and kind is None else math.inf
+    return average.length_s / (min(log.length_s, 1 / log.pole) if kind == "filter" else log.length_s)
 
 
 def summary(found: list[Result]) -> str:
@@ -131,16 +174,27 @@ def summary(found: list[Result]) -> str:
     return f"{spreads[0]} | {spreads[1]} | {gain:.1f} | {pole:.1f}"
 
 
+def row(name: str, motors: int, found: list[Result | str]) -> str:
+    kept = [one for one in found if isinstance(one, Result)]
+    lengths = np.array([one.length for one in kept])
+    near = "" if np.isnan(lengths).any() else f"{100 * np.mean(np.abs(lengths - 1) < 0.05):.1f}"
+    said = ", ".join(f"{number} {words}" for words, number in Counter(one.said for one in kept).most_common() if words)
+    return f"| {name} | {len(kept)} of {motors} | {summary(kept)} | {near} | {said} |"
+
+
 def main() -> None:
-    given = [int(text) for text in sys.argv[1:]]
+    given = [int(text) for text in sys.argv[1:] if text.isdigit()]
     motors, seed = [*given, *(100, 0)[len(given) :]]
-    prepare_jax()
-    print("| speed | logs | noise found / true: 5, 50, 95 % | chi2: 5, 50, 95 % | gain held, % | pole held, % |")
-    print("|---|---|---|---|---|---|")
-    for seen in SEEN:
-        found = list(results(motors, seed, seen))
-        kept = [one for one in found if isinstance(one, Result)]
-        print(f"| {seen} | {len(kept)} of {motors} | {summary(kept)} |", flush=True)
+    prepare_jax(threads="--diagnose" in sys.argv)
+    columns = "speed | logs | noise found / true: 5, 50, 95 % | chi2: 5, 50, 95 % | gain held, % | pole held, %"
+    print(f"| {columns} | length within 5 %, % | diagnosis |\n|---|---|---|---|---|---|---|---|")
+    if "--diagnose" in sys.argv:
+        for seen in SEEN:
+            print(row(f"{seen}, not stated", motors, list(diagnosed(motors, seed, seen))), flush=True)
+        return
+    for stated, seen in [(True, seen) for seen in SEEN if seen != "filter"] + [(False, seen) for seen in SEEN]:
+        found = list(results(motors, seed, seen, stated))
+        print(row(seen if stated else f"{seen}, not stated", motors, found), flush=True)
         for refused in [one for one in found if isinstance(one, str)]:
             print(refused)
 

@@ -22,12 +22,12 @@ from jaxmotor.diagnosis._search import EXPLAINED, FINE, GAIN, RIVALRY, SAME, Fou
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._suspects import secants
-from jaxmotor.diagnosis._timed import timed, timing_of
+from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._validated_search import ValidatedSearch
-from jaxmotor.estimate import Fit, Trace, best_guess, identify
+from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
 from jaxmotor.motor import EFFECTS, Motor
-from jaxmotor.motor.effects import TimingOffset
+from jaxmotor.motor.effects import OF_LOG
 from jaxmotor.recording import Recording, check
 
 OUTSIDE = 0.6
@@ -52,7 +52,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     **Raises:** `JaxmotorError`, one sentence, where the recording does not determine a linear motor.
     """
     fit, refused = _linear_fit(recording, seed)
-    first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
+    recording, first = stated(recording, fit.average), linear_of(float(fit.motor.gain), float(fit.motor.pole))
     study, linear = timed(recording, fit, first) or _untimed(recording, first)
     before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
     missing = _missing(study, linear.motor, before.traces)
@@ -62,7 +62,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     left = _missing(study, found.fitted.motor, after.traces) if found.named else missing
     left_looks = looks(left, seed) if found.named else found_looks
     verdict = _verdict(found, found_looks, left, left_looks)
-    spread = covariance(found.fitted, study.block)
+    spread = with_average(covariance(found.fitted, study.block), fit)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
     effects, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
@@ -89,10 +89,10 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         left_looks=left_looks,
         learned=learn(recording, study.solver, found.fitted) if verdict == "unexplained" else (),
         experiments=_experiments(study, found.fitted, twins),
-        notes=(
+        notes=_once(
             *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, effects),
             *_ambiguous(found.fitted, spread, twins),
-            *([timing.sentence] if timing else []),
+            *(one.sentence for one in (fit.average, timing) if one is not None),
             *(one.note for one in opened),
             *([EARLY] if verdict == "unexplained" and is_early(recording, found.fitted) else []),
         ),
@@ -100,7 +100,12 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         allowed=allowed,
         undecided=undecided,
         timing=timing,
+        average=fit.average,
     )
+
+
+def _once(*notes: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(notes))
 
 
 def _untimed(recording: Recording, first: Motor) -> tuple[Study, Fitted]:
@@ -157,7 +162,7 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
     rivals = _rivals(held, found)
     probability = {named.name: (named.probability, named.with_equal) for named in found.named}
     for effect, error in zip(found.fitted.motor.effects, errors, strict=True):
-        if isinstance(effect, TimingOffset):
+        if isinstance(effect, OF_LOG):
             continue
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))

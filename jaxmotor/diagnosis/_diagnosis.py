@@ -10,7 +10,7 @@ from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Coordinate, Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
-from jaxmotor.estimate import Allowed, Fit, Joint, OpenHypothesis, Timing, Trace, angle_fit_percent
+from jaxmotor.estimate import Allowed, Fit, Joint, OpenHypothesis, SpeedAverage, Timing, Trace, angle_fit_percent
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
@@ -156,6 +156,8 @@ class Diagnosis:
     `unexplained`."""
     timing: Timing | None = None
     """The log's own, where its header does not state it and the data show one."""
+    average: SpeedAverage | None = None
+    """The same of its speeds."""
 
     @property
     def looks_like(self) -> Look | None:

@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from jaxmotor._precision import to_jax
 from jaxmotor.motor import Motor, SecondOrder
-from jaxmotor.motor.effects import AbstractEffect, TimingOffset, free_size, parameters, to_free, values_at
+from jaxmotor.motor.effects import OF_LOG, AbstractEffect, free_size, parameters, to_free, values_at
 from jaxmotor.motor.effects._base import AbstractLagEffect, AbstractLoadEffect
 from jaxmotor.prediction import LAG_S
 
@@ -62,8 +62,8 @@ def layout_of(effects: tuple[AbstractEffect, ...], variance: float = 1.0) -> Lay
     for effect in effects:
         rows += [(f"{effect.name}.{name}", *about) for name, about in _elements(effect)]
     names, *columns = zip(*rows, strict=True)
-    *about, spread = (np.array(column, float) for column in columns)
-    return Layout(names, *about, spread / math.sqrt(variance))
+    layout = Layout(names, *(np.array(column, float) for column in columns))
+    return layout._replace(spread=layout.spread / math.sqrt(variance))
 
 
 def _is_lag(effects: tuple[AbstractEffect, ...]) -> bool:
@@ -141,7 +141,7 @@ def with_effect(motor: Motor, effect: AbstractEffect) -> Motor:
 
 def without_timing(motor: Motor) -> Motor:
     """`motor` without what is the log's."""
-    own = tuple(effect for effect in motor.effects if not isinstance(effect, TimingOffset))
+    own = tuple(effect for effect in motor.effects if not isinstance(effect, OF_LOG))
     return motor if len(own) == len(motor.effects) else eqx.tree_at(lambda motor: motor.effects, motor, own)
 
 

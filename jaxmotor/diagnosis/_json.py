@@ -29,6 +29,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "undecided": diagnosis.undecided,
         "effects": [_effect(found) for found in diagnosis.effects],
         "timing": None if diagnosis.timing is None else dataclasses.asdict(diagnosis.timing),
+        "speed_average": None if diagnosis.average is None else dataclasses.asdict(diagnosis.average),
         "held_out": _worth(diagnosis.held_out),
         "whole": _worth(diagnosis.whole),
         "closed_loop": [_loop(gain) for gain in diagnosis.closed_loop],

@@ -9,7 +9,7 @@ from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Timing
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import EFFECTS, TimingOffset
+from jaxmotor.motor.effects import EFFECTS, LogFilter, TimingOffset
 from jaxmotor.recording import Recording
 
 LIKE = ("electrical_pole", "sensor_lag")
@@ -17,21 +17,38 @@ LIKE = ("electrical_pole", "sensor_lag")
 
 
 def timed(recording: Recording, fit: Fit, first: Motor) -> tuple[Study, Fitted] | None:
-    """The linear motor with the timing offset that `fit` found, where it leaves nothing over; None where it does.
+    """The linear motor with the timing offset and the filter that `fit` found, where it leaves nothing over; None where
+    it does.
 
     A lag of the current or of the reading explains no less, if that is what it is: it is an effect then.
     """
-    if fit.timing is None:
+    offset = fit.timing.offset_s if fit.timing is not None else 0.0
+    average = fit.average if fit.average is not None and fit.average.kind == "filter" else None
+    if fit.timing is average is None:
         return None
+    motor = first
     study = study_of(recording, float(first.linear.pole), timed=True)
-    offset = TimingOffset.of(offset_s=fit.timing.offset_s)
-    fitted = study.solver.fit(with_effect(first, offset), tolerance=FINE)
+    if fit.timing is not None:
+        motor = with_effect(motor, TimingOffset.of(offset_s=offset))
+    if average is not None:
+        motor = with_effect(motor, LogFilter.of(time_constant_s=average.length_s))
+    fitted = study.solver.fit(motor, tolerance=FINE)
     if not fitted.chi2 < NEARLY:
         return None
     rig = rig_of(recording, study.trial)
-    lags = [] if fit.timing.offset_s > 0 else [EFFECTS[name].starts(rig)[0] for name in LIKE]
+    lags = [] if fit.average is not None or offset > 0 else [EFFECTS[name].starts(rig)[0] for name in LIKE]
     others = [study.solver.fit(with_effect(first, lag), fitted.speeds) for lag in lags]
     return None if any(other.chi2 < fitted.chi2 - TIE for other in others) else (study, fitted)
+
+
+def with_average(spread: np.ndarray, fit: Fit) -> np.ndarray:
+    """`spread` (p, p) of the free numbers, wider by what a window of another length would move gain and pole."""
+    average = fit.average
+    if average is None or average.kind == "filter":
+        return spread
+    moved = np.zeros(len(spread))
+    moved[:2] = average.gain_per_s / float(fit.motor.gain), average.pole_per_s / float(fit.motor.pole)
+    return spread + np.outer(moved, moved) * average.standard_error_s**2
 
 
 def timing_of(fitted: Fitted, spread: np.ndarray) -> Timing | None:

@@ -1,17 +1,17 @@
 """From recordings to motors: sine fit, response fit, trajectory fit, and how sure each is."""
 
 from jaxmotor.estimate._electrical import electrical_check as electrical_check
+from jaxmotor.estimate._estimate import Estimate as Estimate
+from jaxmotor.estimate._estimate import estimate_of as estimate_of
 from jaxmotor.estimate._fingerprint import fingerprint as fingerprint
 from jaxmotor.estimate._fit import Fit as Fit
 from jaxmotor.estimate._fit import Trace as Trace
 from jaxmotor.estimate._frequency_response import FrequencyResponse as FrequencyResponse
 from jaxmotor.estimate._identify import UNSETTLED as UNSETTLED
-from jaxmotor.estimate._identify import Estimate as Estimate
 from jaxmotor.estimate._identify import Prepared as Prepared
 from jaxmotor.estimate._identify import agreement as agreement
 from jaxmotor.estimate._identify import best_guess as best_guess
 from jaxmotor.estimate._identify import enough_sines as enough_sines
-from jaxmotor.estimate._identify import estimate_of as estimate_of
 from jaxmotor.estimate._identify import identify as identify
 from jaxmotor.estimate._identify import needs_more_than_one_frequency as needs_more_than_one_frequency
 from jaxmotor.estimate._identify import prepare as prepare
@@ -42,6 +42,8 @@ from jaxmotor.estimate._sine_fit import Sines as Sines
 from jaxmotor.estimate._sine_fit import fit_phasors as fit_phasors
 from jaxmotor.estimate._sine_fit import fit_sines as fit_sines
 from jaxmotor.estimate._sine_fit import linear_start as linear_start
+from jaxmotor.estimate._speed_average import SpeedAverage as SpeedAverage
+from jaxmotor.estimate._speed_average import stated as stated
 from jaxmotor.estimate._start import data_start as data_start
 from jaxmotor.estimate._start import pole_range as pole_range
 from jaxmotor.estimate._timing import MOST_ROWS as MOST_ROWS

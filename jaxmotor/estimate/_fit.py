@@ -7,6 +7,7 @@ import numpy as np
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis
+from jaxmotor.estimate._speed_average import SpeedAverage
 from jaxmotor.estimate._timing import Timing
 from jaxmotor.motor import AbstractLinearMotor
 from jaxmotor.prediction import Noise
@@ -66,6 +67,8 @@ class Fit:
     """Intervals of gain and pole that allow for hidden laws; None where the method does not know."""
     timing: Timing | None = None
     """The log's own, where the header does not state it and the data show one."""
+    average: SpeedAverage | None = None
+    """The same of its speeds."""
 
     def __repr__(self) -> str:
         gain, pole = float(self.motor.gain), float(self.motor.pole)

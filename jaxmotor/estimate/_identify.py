@@ -8,8 +8,10 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._programs import compile_ahead
+from jaxmotor.estimate._averaging import averaged, explained
 from jaxmotor.estimate._compiled import evaluate_program, response_program, start_program, trajectory_program
 from jaxmotor.estimate._electrical import electrical_share
+from jaxmotor.estimate._estimate import Estimate, fit_whole
 from jaxmotor.estimate._fingerprint import fingerprint
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
@@ -17,11 +19,10 @@ from jaxmotor.estimate._judge import EVIDENCE, Judgement, is_quiet, judge
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
 from jaxmotor.estimate._sine_fit import Sines
+from jaxmotor.estimate._speed_average import stated
 from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
-from jaxmotor.estimate._trajectory import MAX_STEPS, Solution
-from jaxmotor.estimate._uncertainty import Uncertainty
 from jaxmotor.motor import FirstOrder
 from jaxmotor.prediction import Packed, Problem, as_problem, pack, without_beginnings
 from jaxmotor.recording import Recording, check
@@ -59,13 +60,6 @@ class _Response(NamedTuple):
     motor: SineMotor
 
 
-class Estimate(NamedTuple):
-    """What the whole recording says."""
-
-    solution: Solution
-    errors: Uncertainty
-
-
 @in_float64
 def identify(
     recording: Recording,
@@ -93,11 +87,15 @@ def identify(
     response = _response(recording, fitted, notes)
     sines = None if response is None else response.motor
     psi = sines.psi if sines is not None and sines.solved else _data_start(problem)
-    estimate = _estimate(recording, problem, psi, seed)
     if model == "second":
-        estimate = _second_order(recording, problem, estimate, seed, notes)
-    timed = _timed(recording, fitted, estimate, seed) if model == "first" else None
-    packed, estimate, judgement = timed or (packed, estimate, judge(recording, packed, *estimate))
+        estimate = _second_order(recording, problem, fit_whole(recording, problem, psi, seed), seed, notes)
+        judgement = judge(recording, packed, *estimate)
+    else:
+        packed, estimate, judgement = _first_order(recording, fitted, packed, psi, seed)
+    if judgement.average is not None:
+        notes = list(check(stated(recording, judgement.average)))
+    if judgement.average is judgement.timing is None:
+        notes += agreement(sines, judgement)
     return Fit(
         motor=judgement.motor,
         standard_error=judgement.standard_error,
@@ -106,10 +104,11 @@ def identify(
         offset_standard_error_V=judgement.offset_standard_error_V,
         method="exact",
         frequency_response=None if response is None else response.response,
-        notes=(*notes, *judgement.notes, *(agreement(sines, judgement) if timed is None else ())),
+        notes=(*notes, *judgement.notes),
         open_hypotheses=judgement.open_hypotheses,
         allowed=judgement.allowed,
         timing=judgement.timing,
+        average=judgement.average,
         **about,
         **scores(packed, np.asarray(estimate.solution.residual)),
     )
@@ -217,38 +216,31 @@ def _data_start(problem: Problem) -> np.ndarray:
     return np.asarray(start_program(problem, to_jax(pole_range(problem.lanes)))["psi"])
 
 
-def _estimate(recording: Recording, problem: Problem, psi: np.ndarray, seed: int) -> Estimate:
-    """The fit to the whole recording.
+def _first_order(
+    recording: Recording, fitted: tuple[int, ...], packed: Packed, psi: np.ndarray, seed: int
+) -> tuple[Packed, Estimate, Judgement]:
+    """The fit from `psi`, with what the header does not state of the log where that explains it.
 
     **Raises:** `JaxmotorError` where it does not settle.
     """
-    arrays = trajectory_program(problem, to_jax(psi), to_jax(np.uint32(seed)))
-    return estimate_of(recording, {name: np.asarray(value) for name, value in arrays.items()})
-
-
-def estimate_of(recording: Recording, found: dict[str, Any]) -> Estimate:
-    """From the arrays of `trajectory_program`.
-
-    **Raises:** `JaxmotorError` where the fit did not settle.
-    """
-    estimate = Estimate(
-        Solution(**{name: found[name] for name in Solution._fields}),
-        Uncertainty(**{name: found[name] for name in Uncertainty._fields}),
-    )
-    if not _settled(estimate):
-        raise JaxmotorError(
-            f"{recording.name}: the fit did not settle in {MAX_STEPS} steps; the pole is not determined by this "
-            "recording, or a column has the wrong unit or sign: look at speed over voltage, and add steps or sines"
-        )
-    return estimate
-
-
-def _settled(estimate: Estimate) -> bool:
-    return bool(np.isfinite(estimate.solution.psi).all()) and int(estimate.solution.steps) < MAX_STEPS
+    unstated = recording.measured == "speed" and recording.speed_window_s is None
+    noise = packed.observation.noise
+    try:
+        plain = fit_whole(recording, as_problem(packed), psi, seed)
+    except JaxmotorError:
+        found = averaged(recording, fitted, noise, psi, seed) if unstated else None
+        if found is None:
+            raise
+        return found
+    if unstated and not explained(packed, plain):
+        found = averaged(recording, fitted, noise, np.asarray(plain.solution.psi), seed)
+        if found is not None:
+            return found
+    return _timed(recording, fitted, packed, plain, seed) or (packed, plain, judge(recording, packed, *plain))
 
 
 def _timed(
-    recording: Recording, fitted: tuple[int, ...], untimed: Estimate, seed: int
+    recording: Recording, fitted: tuple[int, ...], packed: Packed, untimed: Estimate, seed: int
 ) -> tuple[Packed, Estimate, Judgement] | None:
     """The fit with the log's timing offset, where its header does not state the timing and an offset explains the log.
 
@@ -256,17 +248,17 @@ def _timed(
     """
     if recording.duty_delay_s is not None or float(untimed.errors.evidence) <= EVIDENCE:
         return None
-    packed = without_beginnings(recording, pack(recording, fitted, rest_before=True))
+    packed = without_beginnings(recording, pack(recording, fitted, rest_before=True, noise=packed.observation.noise))
     start = np.append(np.asarray(untimed.solution.psi), FIRST_OFFSET_ROWS)
     try:
-        timed = _estimate(recording, as_problem(packed, timed=True), start, seed)
+        timed = fit_whole(recording, as_problem(packed, timed=True), start, seed)
     except JaxmotorError:
         return None
     explained = float(timed.errors.evidence) <= EVIDENCE
     explained &= is_quiet(packed, timed.errors) or not packed.observation.floor_known
     if not explained or abs(float(timed.solution.psi[-1])) > MOST_ROWS:
         return None
-    judgement = judge(recording, packed, *timed, packed.durations[0])
+    judgement = judge(recording, packed, *timed, ("offset",))
     return (packed, timed, judgement) if judgement.timing is not None and judgement.timing.shows else None
 
 
@@ -294,7 +286,7 @@ def _second_order(recording: Recording, problem: Problem, first: Estimate, seed:
 def _shown(recording: Recording, problem: Problem, start: np.ndarray, seed: int) -> Estimate | None:
     """The second-order fit, or None where its time constant is not known to a third of itself."""
     try:
-        second = _estimate(recording, problem, start, seed)
+        second = fit_whole(recording, problem, start, seed)
     except JaxmotorError:
         return None
     variance = max(float(second.errors.clustered[3, 3]), float(second.errors.requantised[3, 3]))

@@ -7,6 +7,7 @@ import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, hidden_laws, open_hypotheses
+from jaxmotor.estimate._speed_average import SpeedAverage, properties_of
 from jaxmotor.estimate._timing import Timing
 from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
@@ -38,6 +39,7 @@ class Judgement(NamedTuple):
     offset_V: float
     offset_standard_error_V: float
     timing: Timing | None
+    average: SpeedAverage | None
     notes: tuple[str, ...]
     open_hypotheses: tuple[OpenHypothesis, ...]
     allowed: Allowed
@@ -50,13 +52,19 @@ def is_quiet(packed: Packed, errors: Uncertainty) -> bool:
 
 
 def judge(
-    recording: Recording, packed: Packed, solution: Solution, errors: Uncertainty, row_s: float | None = None
+    recording: Recording,
+    packed: Packed,
+    solution: Solution,
+    errors: Uncertainty,
+    of_log: tuple[str, ...] = (),
+    alike: bool = False,
 ) -> Judgement:
     """The standard errors that fit the residuals' nature, and notes on what they rest on.
 
     Where the encoder alone explains the residuals: rounding drawn anew. Else: from how segments disagree, widened
     by Student's t, so that 1.96 standard errors hold the truth 95 times of 100. What friction or a delay would move
-    is added where the recording shows them. ψ ends with the timing offset in rows of `row_s` [s] where this is given.
+    is added where the recording shows them. ψ ends with what is `of_log`: "filter" (log of its time constant [s]),
+    "window" (log of its rows) and "offset" (rows); `alike` says that an offset would do as well as the window.
 
     **Raises:** `JaxmotorError` where gain or pole are not determined.
     """
@@ -82,12 +90,12 @@ def judge(
             "the motor does more than a linear one (friction or a delay, if only a little, show in the data): the "
             "standard errors allow for what that may shift"
         )
-    timing = None
-    if row_s is not None:
+    if of_log:
         lag = LAG_S[1] * np.asarray(errors.hidden_shift)[:, HIDDEN.index("electrical lag")]
         covariance = covariance + np.outer(lag, lag)
-        timing = Timing(row_s * float(psi[-1]), row_s * float(np.sqrt(covariance[-1, -1])))
-        psi, covariance, model = psi[:-1], covariance[:-1, :-1], model[:-1, :-1]
+    timing, average = properties_of(psi, covariance, of_log, packed.durations[0], alike)
+    own = slice(len(psi) - len(of_log))
+    psi, covariance, model = psi[own], covariance[own, own], model[own, own]
     # K, b, log a, log tau -> K, a, tau [, and u0 = b/K].
     scale = np.concatenate([[1.0], np.exp(psi[2:])])
     kept = np.delete(np.delete(covariance, 1, 0), 1, 1) * np.outer(scale, scale)
@@ -96,6 +104,7 @@ def judge(
     slope[:2] = -offset / psi[0], 1 / psi[0]
     _determined(recording, psi, model, float(errors.pole_share))
     notes += _wide(psi, kept)
+    of_header = [one.sentence for one in (average, timing) if one is not None]
     motor, half = np.array([psi[0], np.exp(psi[2])]), 1.96 * np.sqrt(np.diag(kept)[:2])
     left_open, allowed = open_hypotheses(packed, float(errors.chi2), motor, half, hidden_laws(solution, errors))
     return Judgement(
@@ -105,7 +114,8 @@ def judge(
         offset_V=float(offset),
         offset_standard_error_V=float(np.sqrt(slope @ covariance @ slope)),
         timing=timing,
-        notes=(*notes, *([timing.sentence] if timing else []), *(one.note for one in left_open)),
+        average=average,
+        notes=(*notes, *of_header, *(one.note for one in left_open)),
         open_hypotheses=left_open,
         allowed=allowed,
     )

@@ -117,6 +117,7 @@ def to_json(fit: Fit) -> dict[str, Any]:
         "fitted_fingerprints": list(fit.fingerprints),
         "period_s": fit.period_s,
         "timing": None if fit.timing is None else dataclasses.asdict(fit.timing),
+        "speed_average": None if fit.average is None else dataclasses.asdict(fit.average),
         "frequency_response": None if fit.frequency_response is None else _response(fit.frequency_response),
         "notes": list(fit.notes),
     }

@@ -166,6 +166,8 @@ def linearise(
 
     jacobian, prediction = jax.jacfwd(twice, has_aux=True)(psi)
     residual = jnp.where(valid, jnp.asarray(problem.lanes.observed) - prediction, 0.0)
+    if problem.held is not None:
+        jacobian = jnp.where(problem.held[None, None, :], 0.0, jacobian)
     return residual, jnp.where(valid[..., None], jacobian, 0.0)
 
 

@@ -21,7 +21,7 @@ from jaxtyping import Array, Bool, Float, Key
 
 from jaxmotor.estimate._trajectory import Solution, solve_normal, whitened
 from jaxmotor.motor import SecondOrder
-from jaxmotor.prediction import LAG_S, Problem, late_of, motor_of, observe, predict, start_columns
+from jaxmotor.prediction import LAG_S, Problem, motor_of, observe, predict, reading_of, start_columns
 
 REDRAWS = 150
 """Random encoder offsets drawn for `requantised`."""
@@ -120,13 +120,13 @@ def _pole_share(solution: Solution, problem: Problem) -> Float[Array, ""]:
 
 def _hidden(solution: Solution, problem: Problem) -> Float[Array, "lane row h"]:
     """What one unit of each of `HIDDEN` adds to the prediction [units]."""
-    motor, late = motor_of(solution.psi, problem), late_of(solution.psi, problem)
+    motor, reading = motor_of(solution.psi, problem), reading_of(solution.psi, problem)
     lanes = problem.lanes
     reset, volts = jnp.asarray(lanes.reset), jnp.asarray(lanes.volts)
     at_rest = jnp.zeros_like(volts)
     turning = predict(solution.psi, solution.initial_speed, problem)
     each = jnp.stack(drives(volts, reset, turning))
-    found = jax.vmap(lambda drive: observe(motor, problem, drive, at_rest, late), out_axes=-1)(each)
+    found = jax.vmap(lambda drive: observe(motor, problem, drive, at_rest, reading), out_axes=-1)(each)
     found = jnp.concatenate([found, _by_lag(solution, problem)[..., None]], axis=-1)
     return jnp.where(jnp.asarray(lanes.valid)[..., None], found, 0.0)
 
@@ -163,7 +163,8 @@ def _by_lag(solution: Solution, problem: Problem) -> Float[Array, "lane row"]:
     lag = unit.electrical_time_constant if isinstance(unit, SecondOrder) else jnp.full_like(unit.pole, LAG_S[0])
 
     def at(lag: Float[Array, ""]) -> Float[Array, "lane row"]:
-        return observe(SecondOrder(unit.gain, unit.pole, lag), problem, volts, start, late_of(solution.psi, problem))
+        motor = SecondOrder(unit.gain, unit.pole, lag)
+        return observe(motor, problem, volts, start, reading_of(solution.psi, problem))
 
     return jax.jvp(at, (lag,), (jnp.ones_like(lag),))[1]
 

@@ -9,11 +9,13 @@ from jaxmotor.prediction._initial_state import SPEED_STEP as SPEED_STEP
 from jaxmotor.prediction._initial_state import fit_initial_speeds as fit_initial_speeds
 from jaxmotor.prediction._initial_state import without_beginnings as without_beginnings
 from jaxmotor.prediction._initial_state import without_initial_speeds as without_initial_speeds
+from jaxmotor.prediction._linear import AS_STATED as AS_STATED
 from jaxmotor.prediction._linear import LAG_S as LAG_S
-from jaxmotor.prediction._linear import late_of as late_of
+from jaxmotor.prediction._linear import Reading as Reading
 from jaxmotor.prediction._linear import motor_of as motor_of
 from jaxmotor.prediction._linear import observe as observe
 from jaxmotor.prediction._linear import predict as predict
+from jaxmotor.prediction._linear import reading_of as reading_of
 from jaxmotor.prediction._linear import start_columns as start_columns
 from jaxmotor.prediction._log import Log as Log
 from jaxmotor.prediction._log import log_of as log_of

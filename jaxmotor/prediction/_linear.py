@@ -2,12 +2,16 @@
 
 ψ = (K, b, log a [, log τ]): gain [rad/s/V], speed of a constant voltage error [rad/s], pole [rad/s], electrical time
 constant [s]. Where the log's timing is not known (`Problem.row`) its end is the offset: by how much a row was read
-after its voltage changed, in rows. Readings that are late see the voltages early.
+after its voltage changed, in rows. Readings that are late see the voltages early. Where it is not known how speeds were
+averaged either (`Problem.held`), ψ = (K, b, log a, log τ, log W, offset): W is the length of a window [rows], and τ may
+stand for a first-order filter of the speeds, since that and a motor of first order are one of second order.
 """
+
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from jaxmotor.motor import (
     AbstractLinearMotor,
@@ -24,18 +28,35 @@ from jaxmotor.prediction._problem import Problem
 LAG_S = (60e-6, 40e-6)
 """Mean and spread of L/R of hobby motors, with the bridge's own delay: a timing offset looks nearly like it."""
 
+LEAST_APART = 1e-3
+"""Of two poles, relative to their mean."""
+
+
+class Reading(NamedTuple):
+    """How rows were read, where the log does not state it."""
+
+    late: Float[Array, ""] | None
+    """How late voltages act for the readings [s]; None where a row is read as its voltage changes."""
+    window: Float[Array, ""] | None
+    """Length of the window before the row over which the speed is a mean [s]; None where `Problem.window` is that."""
+
+
+AS_STATED = Reading(None, None)
+
 
 def motor_of(psi: Float[Array, " p"], problem: Problem | None = None) -> AbstractLinearMotor:
     """The motor at ψ; beside a timing offset one of first order has the usual electrical time constant, too."""
     gain, pole, timed = psi[0], jnp.exp(psi[2]), problem is not None and problem.row is not None
-    if len(psi) - timed == 4:
+    if len(psi) - timed >= 4:
         return SecondOrder(gain, pole, jnp.exp(psi[3]))
     return SecondOrder(gain, pole, jnp.full_like(pole, LAG_S[0])) if timed else FirstOrder(gain, pole)
 
 
-def late_of(psi: Float[Array, " p"], problem: Problem) -> Float[Array, ""] | None:
-    """How late voltages act for the readings at ψ [s]; None where a row is read as its voltage changes."""
-    return None if problem.row is None else -psi[-1] * problem.row
+def reading_of(psi: Float[Array, " p"], problem: Problem) -> Reading:
+    """How rows were read at ψ."""
+    if problem.row is None:
+        return AS_STATED
+    return Reading(-psi[-1] * problem.row, None if problem.held is None else jnp.exp(psi[4]) * problem.row)
 
 
 def observe(
@@ -43,14 +64,21 @@ def observe(
     problem: Problem,
     volts: Float[Array, "lane row"],
     initial_speed: Float[Array, "lane row"],
-    late: Float[Array, ""] | None = None,
+    reading: Reading = AS_STATED,
 ) -> Float[Array, "lane row"]:
-    """What the log would hold [units] of a motor under `volts`, which act `late` [s], from `initial_speed`."""
+    """What the log would hold [units] of a motor under `volts`, from `initial_speed`, read as `reading` says."""
+    if reading.window is not None and isinstance(motor, SecondOrder):
+        # Of two lags: their closed form compiles several times as fast, and has derivatives where a window ends.
+        share, poles = _lags(motor)
+        each = jax.vmap(lambda pole: observe(FirstOrder(motor.gain, pole), problem, volts, initial_speed, reading))(
+            poles
+        )
+        return jnp.tensordot(share, each, 1)
     lanes = problem.lanes
     duration, reset = jnp.asarray(lanes.duration), jnp.asarray(lanes.reset)
 
     def lane(volts, reset, initial_speed, duration) -> Motion:
-        return simulate(motor, volts, reset, initial_speed, duration, late)
+        return simulate(motor, volts, reset, initial_speed, duration, reading.late)
 
     per_lane = (0, 0, 0, None if duration.ndim == 0 else 0)
     motion = jax.vmap(lane, per_lane)(volts, reset, initial_speed, duration)
@@ -58,7 +86,18 @@ def observe(
         return motion.turn / problem.unit
     if problem.kind == "speed":
         return motion.state[..., 0] / problem.unit
-    return _mean_speed(motor, problem, motion, volts, late) / problem.unit
+    return _mean_speed(motor, problem, motion, volts, initial_speed, reading) / problem.unit
+
+
+def _lags(motor: SecondOrder) -> tuple[Float[Array, " 2"], Float[Array, " 2"]]:
+    """`motor` as a sum of two of first order of its gain: their shares, and their poles [rad/s].
+
+    K p q/((s + p)(s + q)) = [q K p/(s + p) - p K q/(s + q)]/(q - p). Poles are real, and a thousandth apart at least.
+    """
+    apart = jnp.sqrt(jnp.maximum(1 - 4 * motor.pole * motor.electrical_time_constant, LEAST_APART**2))
+    slow, fast = ((1 + sign * apart) / (2 * motor.electrical_time_constant) for sign in (-1, 1))
+    poles = jnp.stack([slow, fast])
+    return poles[::-1] / (fast - slow) * jnp.array([1.0, -1.0]), poles
 
 
 def _mean_speed(
@@ -66,28 +105,57 @@ def _mean_speed(
     problem: Problem,
     motion: Motion,
     volts: Float[Array, "lane row"],
-    late: Float[Array, ""] | None,
+    initial_speed: Float[Array, "lane row"],
+    reading: Reading,
 ) -> Float[Array, "lane row"]:
     """Over the window before each row [rad/s]."""
     lanes, duration = problem.lanes, jnp.asarray(problem.lanes.duration)
     angle = jnp.cumsum(motion.turn, axis=1) - motion.turn
-    back, part = jnp.asarray(lanes.back), jnp.asarray(lanes.part)
-    first = jnp.arange(angle.shape[1], dtype=back.dtype)[None, :] - back
+    begin = _begin(problem, initial_speed, reading.window)
 
     def at_first(values: Float[Array, "lane row"]) -> Float[Array, "lane row"]:
-        return jnp.take_along_axis(values, first, axis=1)
+        return jnp.take_along_axis(values, begin.row, axis=1)
 
-    state = jnp.take_along_axis(motion.state, first[..., None], axis=1)
-    if late is None:
-        drives, holds = (at_first(volts),), (jax.vmap(jax.vmap(motor.hold))(part),)
+    state = jnp.take_along_axis(motion.state, begin.row[..., None], axis=1)
+    if reading.late is None:
+        drives, holds = (at_first(volts),), (jax.vmap(jax.vmap(motor.hold))(begin.part),)
     else:
         axes = (0, 0, None if duration.ndim == 0 else 0, None)
-        rows = jax.vmap(switched, axes)(volts, jnp.asarray(lanes.reset), duration, late)
+        rows = jax.vmap(switched, axes)(volts, jnp.asarray(lanes.reset), duration, reading.late)
         drives = at_first(rows.first), at_first(rows.second)
-        until = jnp.minimum(at_first(rows.part), part)
-        holds = jax.vmap(jax.vmap(lambda until, part: hold_switched(motor, until, part)))(until, part)
+        # Neither part is quite nothing: the hold of a motor of second order has no derivative there.
+        until = jnp.minimum(at_first(rows.part), (1 - 1e-9) * begin.part)
+        holds = jax.vmap(jax.vmap(lambda until, part: hold_switched(motor, until, part)))(until, begin.part)
     _, inside = jax.vmap(jax.vmap(driven))(holds, state, drives)
-    return (angle - at_first(angle) - inside) / problem.window
+    length = problem.window if reading.window is None else reading.window
+    return (angle - at_first(angle) - inside + begin.before) / length
+
+
+class _Begin(NamedTuple):
+    """Where the window of each row begins."""
+
+    row: Int[Array, "lane row"]
+    part: Float[Array, "lane row"]
+    """Since that row began [s]."""
+    before: Float[Array, "lane row"] | float = 0.0
+    """Angle turned in the part of the window that is before the piece, at its initial speed [rad]."""
+
+
+def _begin(problem: Problem, initial_speed: Float[Array, "lane row"], window: Float[Array, ""] | None) -> _Begin:
+    """Of a `window` of any length [s], or of that which the log states."""
+    lanes = problem.lanes
+    number = jnp.broadcast_to(jnp.arange(lanes.volts.shape[1], dtype=jnp.int32), lanes.volts.shape)
+    if window is None:
+        return _Begin(number - jnp.asarray(lanes.back, jnp.int32), jnp.asarray(lanes.part))
+    duration = jnp.broadcast_to(jnp.asarray(lanes.duration), lanes.volts.shape)
+    time = jnp.cumsum(duration, axis=1) - duration
+    first = jax.lax.cummax(jnp.where(jnp.asarray(lanes.reset), number, 0), axis=1)
+    least, speed = (jnp.take_along_axis(values, first, axis=1) for values in (time, initial_speed))
+    begin = jnp.maximum(time - window, least)
+    row = jax.vmap(lambda time, begin: jnp.searchsorted(time, begin, side="right"))(time, begin) - 1
+    row = jnp.clip(row, first, number).astype(jnp.int32)
+    part = jnp.maximum(begin - jnp.take_along_axis(time, row, axis=1), 1e-9 * duration)
+    return _Begin(row, part, speed * jnp.maximum(window - (time - least), 0.0))
 
 
 def predict(psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem) -> Float[Array, "lane row"]:
@@ -95,7 +163,7 @@ def predict(psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem:
     lanes = problem.lanes
     start = jnp.asarray(lanes.free) * initial_speed[lanes.piece]
     unit_gain = motor_of(psi.at[0].set(1.0), problem)
-    return observe(unit_gain, problem, psi[0] * jnp.asarray(lanes.volts) + psi[1], start, late_of(psi, problem))
+    return observe(unit_gain, problem, psi[0] * jnp.asarray(lanes.volts) + psi[1], start, reading_of(psi, problem))
 
 
 def start_columns(psi: Float[Array, " p"], problem: Problem) -> Float[Array, "lane row c"]:
@@ -103,4 +171,5 @@ def start_columns(psi: Float[Array, " p"], problem: Problem) -> Float[Array, "la
     free = jnp.asarray(problem.lanes.free)
     if not problem.free:
         return jnp.zeros((*free.shape, 0), free.dtype)
-    return observe(motor_of(psi, problem), problem, jnp.zeros_like(free), free)[..., None]
+    window = reading_of(psi, problem).window
+    return observe(motor_of(psi, problem), problem, jnp.zeros_like(free), free, Reading(None, window))[..., None]

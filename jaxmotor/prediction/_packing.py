@@ -115,12 +115,17 @@ ROOMY = Room(16, 2048, 64)
 
 
 def pack(
-    recording: Recording, segments: tuple[int, ...], room: Room | None = None, rest_before: bool = False
+    recording: Recording,
+    segments: tuple[int, ...],
+    room: Room | None = None,
+    rest_before: bool = False,
+    noise: Noise | None = None,
 ) -> Packed:
     """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted.
 
     `room` asks for one of few shapes. With `rest_before` a row of rest comes before pieces that are driven from their
-    first row on: readings that are late show in it what that row does before it is read.
+    first row on: readings that are late show in it what that row does before it is read. `noise` is that of a reading
+    where it has been estimated before.
     """
     observation = _observation(recording)
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
@@ -158,7 +163,7 @@ def pack(
         if piece.rest and packed.duration.ndim:
             packed.duration[lane, start] = packed.duration[lane, start + 1]
     found = Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
-    return found if observation.floor_known else _in_noise(recording, found, segments)
+    return found if observation.floor_known else _in_noise(recording, found, segments, noise)
 
 
 def _fill(lanes: Lanes, cells: tuple[int, slice], recording: Recording, piece: Piece, observation: Observation) -> None:
@@ -179,7 +184,8 @@ def _fill(lanes: Lanes, cells: tuple[int, slice], recording: Recording, piece: P
     row = np.clip(np.searchsorted(time, begin + 1e-9 * observation.window_s, side="right") - 1, 0, None)
     lanes.back[cells] = np.arange(len(time)) - row
     lanes.part[cells] = np.maximum(begin - time[row], 0.0)
-    lanes.valid[cells] = time - time[0] >= observation.window_s * (1 - 1e-9)
+    # Before a piece that begins at rest the shaft stood still.
+    lanes.valid[cells] = not piece.free or time - time[0] >= observation.window_s * (1 - 1e-9)
 
 
 def _turned(recording: Recording, segment: Segment, time: np.ndarray, rows: slice, unit: float) -> np.ndarray:
@@ -292,11 +298,11 @@ def _observation(recording: Recording) -> Observation:
     return Observation("window" if window else "speed", 1.0, 1 / 12, unknown(recording), window)
 
 
-def _in_noise(recording: Recording, packed: Packed, segments: tuple[int, ...]) -> Packed:
+def _in_noise(recording: Recording, packed: Packed, segments: tuple[int, ...], noise: Noise | None) -> Packed:
     """`packed` in units in which the noise has the variance `Observation.floor`."""
     observation = packed.observation
     rows = _log_rows(packed)
-    noise = estimated(recording, segments, rows)
+    noise = noise or estimated(recording, segments, rows)
     # A mean speed over a tick is taken as a turn.
     per_level = float(np.median(rows.duration[rows.valid])) if rows.turn and recording.measured == "speed" else 1.0
     unit = noise.level * per_level / np.sqrt(observation.floor)

@@ -25,6 +25,8 @@ class Problem(eqx.Module):
     """Some piece begins at an unknown speed."""
     row: Float[Array, ""] | None = None
     """Typical duration of a row [s], in which ψ holds the timing offset; None where the log's timing is known."""
+    held: Bool[Array, " p"] | None = None
+    """Which of ψ are not fitted where it holds how the log's speeds were averaged; None where that is known."""
 
     @property
     def floor(self) -> float:
@@ -44,17 +46,21 @@ class Problem(eqx.Module):
         return jnp.asarray(lanes.reset) | ~before
 
 
-def as_problem(packed: Packed, timed: bool = False) -> Problem:
-    """`packed` with what the solver needs to know of it; with `timed` its timing offset is unknown."""
+def as_problem(packed: Packed, timed: bool = False, held: np.ndarray | None = None) -> Problem:
+    """`packed` with what the solver needs to know of it; with `timed` its timing offset is unknown.
+
+    With `held` (p,) so is how its speeds were averaged; those of ψ are not fitted.
+    """
     observation, lanes = packed.observation, packed.lanes
     return Problem(
         lanes,
         to_jax(observation.unit),
         to_jax(observation.window_s),
-        observation.kind,
+        observation.kind if held is None else "window",
         observation.floor_known,
         packed.pieces,
         packed.clusters,
         bool(lanes.free.any()),
         to_jax(np.float64(packed.durations[0])) if timed else None,
+        None if held is None else to_jax(held),
     )

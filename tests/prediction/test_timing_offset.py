@@ -7,7 +7,7 @@ import pytest
 
 from jaxmotor.motor import FirstOrder, Motor, Rows, SecondOrder, SpeedLoop, simulate, simulate_motor
 from jaxmotor.motor.effects import EFFECTS, TimingOffset
-from jaxmotor.prediction import as_problem, observe, pack
+from jaxmotor.prediction import Reading, as_problem, observe, pack
 from jaxmotor.recording import Recording, Segment
 
 PERIOD, PARTS, ROWS = 0.01, 100, 60
@@ -67,7 +67,10 @@ def test_mean_speeds_end_where_rows_are_read(parts):
     problem = as_problem(pack(Recording((log,), "made.csv", period_s=PERIOD, speed_window_s=window), (0,)))
     lanes = problem.lanes
     late = jnp.asarray(-parts / PARTS * PERIOD)
-    seen = observe(motor(2), problem, jnp.asarray(lanes.volts), jnp.zeros(lanes.volts.shape), late) * problem.unit
+    seen = (
+        observe(motor(2), problem, jnp.asarray(lanes.volts), jnp.zeros(lanes.volts.shape), Reading(late, None))
+        * problem.unit
+    )
     at = np.arange(25 * PARTS) + parts
     volts = np.where(at < 0, 0.0, VOLTS[np.clip(at // PARTS, 0, 24)])
     begins = np.arange(len(volts)) == 0

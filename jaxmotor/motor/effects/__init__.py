@@ -24,6 +24,8 @@ from jaxmotor.motor.effects._drive import SupplySag as SupplySag
 from jaxmotor.motor.effects._drive import TransportDelay as TransportDelay
 from jaxmotor.motor.effects._drive import VoltageOffset as VoltageOffset
 from jaxmotor.motor.effects._drive import VoltageSaturation as VoltageSaturation
+from jaxmotor.motor.effects._log import OF_LOG as OF_LOG
+from jaxmotor.motor.effects._log import LogFilter as LogFilter
 from jaxmotor.motor.effects._log import TimingOffset as TimingOffset
 from jaxmotor.motor.effects._motion import Backlash as Backlash
 from jaxmotor.motor.effects._motion import Cogging as Cogging

@@ -10,6 +10,7 @@ from jaxmotor.motor.effects._base import (
     Scalar,
     parameter,
 )
+from jaxmotor.motor.effects._sensor import SensorLag
 
 
 class TimingOffset(AbstractSensorEffect, AbstractDelayEffect):
@@ -29,3 +30,12 @@ class TimingOffset(AbstractSensorEffect, AbstractDelayEffect):
     def delay(self) -> Scalar:
         """Readings that are late see the voltages early."""
         return -self.offset_s
+
+
+class LogFilter(SensorLag):
+    """τ y' = θ - y, as `SensorLag`, where the header of the log does not state how its speeds were made."""
+
+    name: ClassVar[str] = "log_filter"
+
+
+OF_LOG = (TimingOffset, LogFilter)

@@ -1,0 +1,106 @@
+"""How the speeds of a log were averaged, where its header does not say."""
+
+import dataclasses
+from typing import Literal
+
+import numpy as np
+
+from jaxmotor.estimate._timing import Timing
+from jaxmotor.recording import Recording
+
+LOGS_OWN = "a property of the log, which its header does not state (speed_window_s)"
+UNSURE = 0.5
+"""Of a window: half an interval from which it is not told from readings that are early."""
+
+
+@dataclasses.dataclass(frozen=True)
+class SpeedAverage:
+    """A property of the log, not of the motor: each speed is a mean over a window before its row, or was filtered."""
+
+    kind: Literal["window", "filter"]
+    """A moving average, or a filter of first order."""
+    length_s: float
+    """Of the window, or the filter's time constant [s]."""
+    standard_error_s: float
+    """1.96 of them each way hold the truth 95 times of 100 [s]."""
+    lateness_s: float
+    """By how much speeds are late in all: half the window, or the time constant, and the timing offset [s]."""
+    lateness_error_s: float
+    """Its standard error [s]."""
+    separable: bool
+    """The log shows the window itself; otherwise only `lateness_s`, which readings as much before the voltage changes
+    would have as well."""
+    gain_per_s: float
+    """By how much the gain moves with `length_s` [rad/s/V per s]."""
+    pole_per_s: float
+    """The same of the pole [rad/s per s]."""
+
+    @property
+    def sentence(self) -> str:
+        """For people."""
+        length = _ms(self.length_s, self.standard_error_s)
+        if self.kind == "filter":
+            return (
+                f"the speeds went through a first-order filter of {length}: {LOGS_OWN}; a motor and a filter of each "
+                "other's time constants look the same, the slower one is taken for the motor"
+            )
+        late = _ms(self.lateness_s, self.lateness_error_s)
+        if self.separable:
+            offset = abs(self.lateness_s - self.length_s / 2) > 1e-9 * self.length_s
+            beside = f" (late by {late} in all, with when rows are read)" if offset else ""
+            return f"the speeds are means over {length} before each row{beside}: {LOGS_OWN}"
+        over = f"means over {length}, or " if self.standard_error_s < UNSURE * self.length_s / 1.96 else "means, or "
+        return (
+            f"the speeds are late by {late} in all: {over}read as much before the voltage changes; here the two look "
+            f"the same. It is {LOGS_OWN}"
+        )
+
+
+def properties_of(
+    psi: np.ndarray, covariance: np.ndarray, of_log: tuple[str, ...], row_s: float, alike: bool
+) -> tuple[Timing | None, SpeedAverage | None]:
+    """Timing offset and average of speeds from the end of ψ, as `judge` has it, and the `covariance` of ψ."""
+    place = {name: len(psi) - len(of_log) + number for number, name in enumerate(of_log)}
+    timing, late = None, np.zeros(len(psi))
+    if "offset" in place:
+        late[place["offset"]] = -row_s
+        timing = Timing(row_s * float(psi[-1]), row_s * float(np.sqrt(covariance[-1, -1])))
+    kind = "window" if "window" in place else "filter"
+    if kind not in place:
+        return timing, None
+    at = place[kind]
+    length = float(np.exp(psi[at])) * (row_s if kind == "window" else 1.0)
+    error = length * float(np.sqrt(covariance[at, at]))
+    whole = length * (0.5 if kind == "window" else 1.0)
+    late[at] = whole
+    slope = covariance[[0, 2], at] / covariance[at, at] / length
+    average = SpeedAverage(
+        kind,
+        length,
+        error,
+        whole - (timing.offset_s if timing else 0.0),
+        float(np.sqrt(late @ covariance @ late)),
+        kind == "filter" or not (alike or 1.96 * error > UNSURE * length),
+        float(slope[0]),
+        float(slope[1] * np.exp(psi[2])),
+    )
+    return timing, average
+
+
+def stated_window(recording: Recording, length_s: float) -> float:
+    """`length_s`, but never just the period: a mean over that is taken as a difference of angles."""
+    period = recording.period_s
+    return length_s * (1 + 1e-5) if period is not None and abs(length_s - period) < 2e-6 * period else length_s
+
+
+def stated(recording: Recording, average: SpeedAverage | None) -> Recording:
+    """`recording` with a header that states what `average` found."""
+    if average is None:
+        return recording
+    return dataclasses.replace(
+        recording, speed_window_s=0.0 if average.kind == "filter" else stated_window(recording, average.length_s)
+    )
+
+
+def _ms(value_s: float, error_s: float) -> str:
+    return f"{1e3 * value_s:.4g} ± {1e3 * 1.96 * error_s:.2g} ms"
