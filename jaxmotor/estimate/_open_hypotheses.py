@@ -116,7 +116,7 @@ def open_hypotheses(
     # What the motor leaves beyond the noise is no chance: it biases an amount taken to first order.
     wider = np.sqrt(colour) * max(chi2, 1.0)
     for name, amount, error, shift in laws:
-        largest = min(amount + LIKELY * error * wider, _most(packed, name))
+        largest = float(min(amount + LIKELY * error * wider, _most(packed, name)))
         if largest <= 0:
             continue
         with_it = _with(motor, shift, largest, name)

@@ -8,6 +8,8 @@ from jaxmotor.estimate import identify, to_json
 from jaxmotor.recording import bundled
 
 STEPS, PRBS, ONE_WAY = INPUTS
+FIRST_ORDER = ("drag", "electrical lag")
+"""Laws by which the motor moves not quite in proportion to their amount: one of three may be just outside."""
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -16,7 +18,7 @@ def test_the_truth_is_inside_what_is_left_open(given, law):
     tried = [result(given, law, [11, k], measured) for k, measured in enumerate(("count", "count", "speed"))]
     found = [one for one in tried if one is not None]
     assert len(found) >= 2
-    assert sum(one.allowed for one in found) >= len(found) - ("drag" in law)
+    assert sum(one.allowed for one in found) >= len(found) - any(name in law for name in FIRST_ORDER)
     assert all(one.told for one in found if one.z > 5)
 
 
