@@ -11,6 +11,7 @@ the residual and its derivative by every free number. Goals: 2 x C, and 1.5 simu
 
 import argparse
 import ctypes
+import secrets
 import shutil
 import statistics
 import subprocess
@@ -56,15 +57,16 @@ static inline Moved moved(const double *m, State s, double volts, double torque,
 {
     double current = m[12] * s.w + m[13] * s.q + m[15] * torque;
     double e = SAG ? (volts - more * current) / (1 + more * m[14]) : volts;
-    return (Moved){m[0] * s.w + m[1] * s.q + m[2] * e + m[3] * torque, m[4] * s.w + m[5] * s.q + m[6] * e + m[7] * torque,
+    return (Moved){m[0] * s.w + m[1] * s.q + m[2] * e + m[3] * torque,
+                   m[4] * s.w + m[5] * s.q + m[6] * e + m[7] * torque,
                    m[8] * s.w + m[9] * s.q + m[10] * e + m[11] * torque, current + m[14] * e};
 }
 
 static inline State step(const double *m, double length, State s, double volts, double duty, double angle,
                          const double *effect)
 {
-    double rub = FRICTION ? effect[0] : 0, torque = COGGING ? effect[1] * sin(effect[2] * angle + effect[3]) : 0, more = 0;
-    double way = (s.w > 0) - (s.w < 0);
+    double rub = FRICTION ? effect[0] : 0, torque = COGGING ? effect[1] * sin(effect[2] * angle + effect[3]) : 0;
+    double more = 0, way = (s.w > 0) - (s.w < 0);
     if (SAG) {
         double guess = moved(m, s, volts, torque + way * rub, 0).current;
         more = effect[4] * duty * duty * (duty * guess < 0 ? -1 : 1);
@@ -193,9 +195,10 @@ def compiling(motors: Motor, speeds: np.ndarray, trial: Trial) -> tuple[float, f
     """Seconds to trace and lower the program, and to compile it."""
     arrays, static = eqx.partition((motors, speeds, trial), eqx.is_array)
 
-    def fresh(arrays):  # under a name of its own, so that no cache knows it
+    def fresh(arrays):
         return residuals_program.__wrapped__(*eqx.combine(arrays, static))  # pyright: ignore[reportFunctionMemberAccess]
 
+    fresh.__name__ = f"fresh_{secrets.token_hex(8)}"  # under a name of its own no cache knows it
     begin = time.perf_counter()
     lowered = jax.jit(fresh, keep_unused=True).lower(arrays)
     middle = time.perf_counter()

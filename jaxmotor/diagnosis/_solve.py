@@ -80,7 +80,9 @@ class Solver:
         self.trial, self.noise_known = trial, noise_known
         self.cells = np.flatnonzero(trial.valid if rows is None else trial.valid & rows)
         lanes = trial.problem.lanes
-        self.places = np.unravel_index(self.cells, trial.valid.shape)
+        lane, row = np.unravel_index(self.cells, trial.valid.shape)
+        self.places = row * len(trial.valid) + lane
+        """The same where rows come first."""
         self.piece = np.asarray(lanes.piece).reshape(-1)[self.cells]
         self.pieces = trial.problem.pieces + 1
         self.free_pieces = bool(np.any(lanes.free))
@@ -105,9 +107,9 @@ class Solver:
 
     def rows(self, drift: Any) -> np.ndarray:
         """(k, n) of `drift` (row, k, lane), the rows that count [standard deviations]."""
-        lane, row = self.places
+        each = np.moveaxis(np.asarray(drift), 1, 0)
         with np.errstate(over="ignore"):
-            return np.ascontiguousarray(np.asarray(drift)[row, :, lane].T) * self.scale
+            return np.take(each.reshape(len(each), -1), self.places, axis=1) * self.scale
 
     def _program(self, motors: Motor, speeds: np.ndarray, width: int) -> dict[str, Any]:
         def filled(leaf: np.ndarray) -> np.ndarray:
@@ -134,13 +136,13 @@ class Solver:
         found = self.residuals(motors_at(template, frees), starts, self.width(template))
         p = len(free)
         # Wild motors overflow; a step that leads to one is not taken.
-        found = np.where(np.isfinite(found), found, np.nan)
-        if both:
-            jacobian = (found[1 : p + 1] - found[p + 1 : 2 * p + 1]) / (2 * layout.difference[:, None])
-        else:
-            jacobian = (found[1 : p + 1] - found[0]) / layout.difference[:, None]
-        column = (found[-1] - found[0]) / SPEED_STEP if self.free_pieces else None
-        return found[0], jacobian.T, column
+        with np.errstate(over="ignore", invalid="ignore"):
+            if both:
+                jacobian = (found[1 : p + 1] - found[p + 1 : 2 * p + 1]) / (2 * layout.difference[:, None])
+            else:
+                jacobian = (found[1 : p + 1] - found[0]) / layout.difference[:, None]
+            column = (found[-1] - found[0]) / SPEED_STEP if self.free_pieces else None
+        return np.where(np.isfinite(found[0]), found[0], np.nan), jacobian.T, column
 
     def fit(
         self,

@@ -141,9 +141,9 @@ class _Spans(NamedTuple):
 
     old: Linear
     new: Linear
-    first: Int[Array, ""]
+    first: Int[Array, "..."]
     steps: Int[Array, ""]
-    whole: Int[Array, ""]
+    whole: Int[Array, "..."]
     """Whole ticks that the voltage is late."""
 
 
@@ -151,7 +151,7 @@ class _Row(NamedTuple):
     volts: Scalar
     """Asked for; where voltages may be early those of the next row."""
     own: Scalar
-    reset: Bool[Array, ""]
+    reset: Bool[Array, "..."]
     speed: Scalar
     time: Scalar
     pause: Scalar
@@ -168,7 +168,7 @@ class _Readings(NamedTuple):
     begin: Scalar
     end: Scalar
     after: Scalar
-    inside: Bool[Array, ""]
+    inside: Bool[Array, "..."]
     """The neighbours belong to the same experiment."""
 
 

@@ -40,7 +40,7 @@ def _simulated(motor: Motor, speeds: Float[Array, "*batch k"], log: Log) -> Run:
     rows = Rows(
         _by_row(lanes.volts, each),
         _by_row(lanes.reset, each),
-        _by_row(lanes.free, each) * chosen(speeds, lanes.piece),
+        _by_row(lanes.free, each) * chosen(speeds, jnp.asarray(lanes.piece)),
         _by_row(log.time, each),
         None if log.angle is None else _by_row(log.angle, each),
         None if rise is None else chosen(rise, log.row),

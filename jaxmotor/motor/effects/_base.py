@@ -370,5 +370,5 @@ class AbstractAngleSensorEffect(AbstractEffect):
     """The reading has an error that depends on the angle."""
 
     @abc.abstractmethod
-    def error(self, angle: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    def error(self, angle: Scalar) -> Scalar:
         """Reading minus angle [rad], at `angle` [rad]."""

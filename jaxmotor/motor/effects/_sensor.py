@@ -4,7 +4,6 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
 from jaxmotor.motor.effects._base import (
     AbstractAngleSensorEffect,
@@ -101,5 +100,5 @@ class EncoderEccentricity(AbstractSensorEffect, AbstractAngleSensorEffect):
         waves = [(n, phase) for n in range(1, 9) for phase in (0.0, 0.5 * np.pi)] if rig.turns else []
         return tuple(cls.of(amplitude_rad=0.03, cycles_per_rev=n, phase_rad=phase) for n, phase in waves)
 
-    def error(self, angle: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    def error(self, angle: Scalar) -> Scalar:
         return self.amplitude_rad * sine(self.cycles_per_rev * angle + self.phase_rad)
