@@ -3,10 +3,10 @@
     python benchmarks/simulation_speed.py [--rounds 15]
 
 16 000 ticks in 26 experiments, as a diagnosis simulates them: as many motors in one program as a Jacobian needs, in
-steps of a millisecond, residuals filtered. The C loop takes the same steps of one motor, one lane after the other, and
-computes of the law only what its effects need; it is compiled by `cc -O3 -march=native -ffast-math`, without the
-effects that are not there. Both are timed in turn, in seconds of the processor. A Jacobian is what a step of a fit costs:
-the residual and its derivative by every free number. Goals: 2 x C, and 1.5 simulations for each column.
+steps of a millisecond, residuals filtered. The C loop takes the same steps of one motor, one lane after the other,
+and computes of the law only what its effects need; it is compiled by `cc -O3 -march=native -ffast-math`, without the
+effects that are not there. Both are timed in turn, in seconds of the processor. A Jacobian is what a step of a fit
+costs: the residual and its derivative by every free number. Goals: 2 x C, and 1.5 simulations for each column.
 """
 
 import argparse
