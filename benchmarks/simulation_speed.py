@@ -3,10 +3,10 @@
     python benchmarks/simulation_speed.py [--rounds 15]
 
 16 000 ticks in 26 experiments, as a diagnosis simulates them: as many motors in one program as a Jacobian needs, in
-steps of a millisecond, residuals filtered. The C loop takes the same steps of one motor, one lane after the other, and
-computes of the law only what its effects need; it is compiled by `cc -O3 -march=native -ffast-math`, without the
-effects that are not there. Both are timed in turn in one thread of Python. A Jacobian is what a step of a fit costs:
-the residual and its derivative by every free number. Goals: 2 x C, and 1.5 simulations for each column.
+steps of a millisecond, residuals filtered. The C loop takes the same steps of one motor, one lane after the other,
+and computes of the law only what its effects need; it is compiled by `cc -O3 -march=native -ffast-math`, without the
+effects that are not there. Both are timed in turn, in seconds of the processor. A Jacobian is what a step of a fit
+costs: the residual and its derivative by every free number. Goals: 2 x C, and 1.5 simulations for each column.
 """
 
 import argparse
@@ -192,28 +192,28 @@ def in_c(folder: Path, names: tuple[str, ...], trial: Trial) -> tuple[Callable[[
 
 
 def compiling(motors: Motor, speeds: np.ndarray, trial: Trial) -> tuple[float, float]:
-    """Seconds to trace and lower the program, and to compile it."""
+    """Seconds of the processor to trace and lower the program, and to compile it."""
     arrays, static = eqx.partition((motors, speeds, trial), eqx.is_array)
 
     def fresh(arrays):
         return residuals_program.__wrapped__(*eqx.combine(arrays, static))  # pyright: ignore[reportFunctionMemberAccess]
 
     fresh.__name__ = f"fresh_{secrets.token_hex(8)}"  # under a name of its own no cache knows it
-    begin = time.perf_counter()
+    begin = time.process_time()
     lowered = jax.jit(fresh, keep_unused=True).lower(arrays)
-    middle = time.perf_counter()
+    middle = time.process_time()
     lowered.compile(compiler_options=_quickly())
-    return middle - begin, time.perf_counter() - middle
+    return middle - begin, time.process_time() - middle
 
 
 def in_turn(functions: dict[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
-    """Seconds of each, `rounds` times."""
+    """Seconds of the processor of each, `rounds` times."""
     times: dict[str, list[float]] = {name: [] for name in functions}
     for _ in range(rounds):
         for name, function in functions.items():
-            begin = time.perf_counter()
+            begin = time.process_time()
             jax.block_until_ready(function())
-            times[name].append(time.perf_counter() - begin)
+            times[name].append(time.process_time() - begin)
     return times
 
 
@@ -226,10 +226,10 @@ def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -
     loop, filtered = in_c(folder, names, trial)
     functions = {
         "C": loop,
-        "simulation": lambda: residuals_program(motors, speeds, trial),
+        "simulation": lambda: residuals_program(motors, speeds, solver.given),
         "jacobian": lambda: solver.linearise(motor, free, solver.starts),
     }
-    ours = np.asarray(residuals_program(motors, speeds, trial)["drift"])[:, 0].T
+    ours = np.asarray(residuals_program(motors, speeds, solver.given)["drift"])[:, 0].T
     loop()
     apart = np.abs(ours - filtered)[trial.valid].max() / np.abs(filtered).max()
     times = in_turn(functions, rounds)

@@ -15,6 +15,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
+from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_at, motors_at, together
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._residuals import residuals_program
@@ -78,6 +79,8 @@ class Solver:
 
     def __init__(self, trial: Trial, rows: np.ndarray | None = None, noise_known: bool = True):
         self.trial, self.noise_known = trial, noise_known
+        self.given = to_jax(trial)
+        """The same as arrays of JAX: programs would copy numpy's each time."""
         self.cells = np.flatnonzero(trial.valid if rows is None else trial.valid & rows)
         lanes = trial.problem.lanes
         lane, row = np.unravel_index(self.cells, trial.valid.shape)
@@ -115,7 +118,7 @@ class Solver:
         def filled(leaf: np.ndarray) -> np.ndarray:
             return np.concatenate([leaf, np.repeat(leaf[-1:], width - len(leaf), axis=0)])
 
-        return residuals_program(jax.tree.map(filled, motors), filled(speeds), self.trial)
+        return residuals_program(jax.tree.map(filled, motors), filled(speeds), self.given)
 
     def width(self, motor: Motor) -> int:
         """Motors in one program: as many as a Jacobian needs, or half as many where that is long, in even numbers."""
