@@ -69,7 +69,7 @@ def speed(solver: Solver, fitted: Fitted, added: np.ndarray | None = None) -> Pl
     trial, lanes, used = solver.trial, solver.trial.problem.lanes, rows_of_experiments(solver.trial)
     if added is not None:
         solver = Solver(under(trial, to_jax(np.asarray(lanes.volts) + added)))
-    plain, _ = solver.seen(fitted.motor, fitted.speeds)
+    plain, _ = solver.residual_of(fitted.motor, fitted.speeds)
     duration = np.broadcast_to(np.asarray(lanes.duration), used.shape)
     reach = max(2, round(SMOOTH_S / float(np.median(duration[used]))))
     piece = np.asarray(lanes.piece)

@@ -18,10 +18,10 @@ from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._score import scored
+from jaxmotor.diagnosis._score_test import effect_columns
 from jaxmotor.diagnosis._search import EXPLAINED, FINE, GAIN, RIVALRY, SAME, Found, Search, enough
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
-from jaxmotor.diagnosis._suspects import secants
 from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._validated_search import ValidatedSearch
@@ -132,7 +132,7 @@ def _found(study: Study, first: Motor, linear: Fitted, seen: tuple[Look, ...]) -
     if study.packed.observation.floor_known:
         if study.timed or any(look.outside and look.share > OUTSIDE for look in seen):
             return kept(study, Found(linear, linear, ()), None)
-        search = Search(study.solver, first, linear, secants(study.solver, linear, rig))
+        search = Search(study.solver, first, linear, effect_columns(study.solver, linear, rig))
         found, held = kept(study, search.run(), search)
         if found.fitted.chi2 <= enough(found.fitted.names, EXPLAINED):
             return found, held

@@ -42,11 +42,11 @@ def experiment(
     solver: Solver, names: tuple[str, str], first: Motor, second: Fitted, recording: Recording
 ) -> Experiment:
     """The experiment that tells motor `first`, with effect `names[0]`, from `second`, with `names[1]`, best."""
-    period_s = float(np.asarray(solver.trial.heard.duration))
+    period_s = float(np.asarray(solver.trial.measured_log.duration))
     candidates = _candidates(solver.trial, period_s, float(first.linear.pole))
     trial = _on(solver.trial, candidates, first, period_s)
     other = Solver(trial)
-    _, wanted = other.seen(first, np.zeros(other.pieces))
+    _, wanted = other.residual_of(first, np.zeros(other.pieces))
     shown, jacobian, _ = other.linearise(second.template, second.free, np.zeros(other.pieces))
     rows = trial.time.shape[1]
     excess = [

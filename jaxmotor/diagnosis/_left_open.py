@@ -69,14 +69,14 @@ def _columns(solver: Solver, fitted: Fitted) -> list[np.ndarray]:
     """(n,) what one unit of each of `HIDDEN` changes in the residual [standard deviations]."""
     lanes = solver.trial.problem.lanes
     volts = np.asarray(lanes.volts)
-    plain, before = solver.seen(fitted.motor, fitted.speeds)
+    plain, before = solver.residual_of(fitted.motor, fitted.speeds)
     turning = np.where(solver.trial.valid, np.asarray(lanes.observed) - plain, 0.0)
     delays = [float(effect.delay()) for effect in fitted.motor.effects if isinstance(effect, AbstractDelayEffect)]
     turning = _earlier(turning, sum(delays) / float(np.median(np.asarray(lanes.duration))))
     found = []
     for drive in drives(to_jax(volts), to_jax(np.asarray(lanes.reset)), to_jax(turning)):
         other = Solver(under(solver.trial, to_jax(volts + SMALL * np.asarray(drive))))
-        found.append((other.seen(fitted.motor, fitted.speeds)[1] - before) / SMALL)
+        found.append((other.residual_of(fitted.motor, fitted.speeds)[1] - before) / SMALL)
     return [*found, fitted.jacobian[:, PRIOR[0]]]
 
 

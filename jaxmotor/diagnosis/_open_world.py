@@ -26,7 +26,7 @@ from jaxmotor.diagnosis._spline import INTERVALS, Spline, spline_over, steps
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects._base import AbstractLoadEffect
-from jaxmotor.prediction import seen, without_initial_speeds
+from jaxmotor.prediction import predicted_readings, without_initial_speeds
 from jaxmotor.recording import Recording
 
 COLUMNS = 32
@@ -70,7 +70,7 @@ def responses_program(motor: Motor, volts: Float[Array, "batch lane row"], trial
 
     def one(volts: Float[Array, "lane row"], begin: Float[Array, ""]) -> Float[Array, "row lane"]:
         speeds = jnp.broadcast_to(begin, (trial.problem.pieces + 1,))
-        return jnp.where(trial.problem.lanes.valid.T, seen(motor, speeds, under(trial, volts)), 0.0)
+        return jnp.where(trial.problem.lanes.valid.T, predicted_readings(motor, speeds, under(trial, volts)), 0.0)
 
     return {"drift": drift(jax.vmap(one, out_axes=1)(volts, last.astype(volts.dtype)), trial)}
 

@@ -34,7 +34,7 @@ def scored(
     """`motor` on the solver's rows. Pieces that begin in motion begin at the speed that fits them best, sought from
     `speeds` (k,) [rad/s] or from what their first rows show."""
     speeds = begins(solver, motor, speeds)
-    plain, residual = solver.seen(motor, speeds)
+    plain, residual = solver.residual_of(motor, speeds)
     used = np.zeros(plain.size, bool)
     used[solver.cells] = True
     used = used.reshape(plain.shape)

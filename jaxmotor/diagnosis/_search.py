@@ -13,8 +13,8 @@ import numpy as np
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._polish import polished
+from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates
 from jaxmotor.diagnosis._solve import STEPS, Fitted, Solver, square_of
-from jaxmotor.diagnosis._suspects import Secant, Suspect, suspects
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import EFFECTS, free_size, parameters
 from jaxmotor.motor.effects._base import AbstractLoadEffect
@@ -155,8 +155,8 @@ def _rarity(fitted: Fitted) -> tuple[int, ...]:
 class Search:
     """For the effects that the residual of `linear` asks for. What was fitted once is not fitted again."""
 
-    def __init__(self, solver: Solver, first: Motor, linear: Fitted, secants: tuple[Secant, ...]):
-        self.solver, self.linear, self.secants = solver, linear, secants
+    def __init__(self, solver: Solver, first: Motor, linear: Fitted, effect_columns: tuple[EffectColumns, ...]):
+        self.solver, self.linear, self.effect_columns = solver, linear, effect_columns
         self.first = first
         """As identified, with a voltage offset along: that takes up friction where the motor turns one way."""
         self.known: dict[frozenset[str], list[Fitted]] = {}
@@ -190,7 +190,7 @@ class Search:
         All of them side by side: what is fitted after one of them explained everything, is fitted with less patience.
         """
         new = [base for base in bases if frozenset(base.names) not in self.known]
-        ranked = side_by_side(lambda base: suspects(base, self.secants), new)
+        ranked = side_by_side(lambda base: candidates(base, self.effect_columns), new)
         stages = [
             _Stage(base, its, _leaders(base, its, holder is not None)) for base, its in zip(new, ranked, strict=True)
         ]
@@ -211,7 +211,7 @@ class Search:
         for stage in stages:
             stage.found.extend(self.likewise(ordered(stage.found)[:1], stage.ranked))
 
-    def likewise(self, best: list[Fitted], ranked: dict[str, list[Suspect]]) -> list[Fitted]:
+    def likewise(self, best: list[Fitted], ranked: dict[str, list[Candidate]]) -> list[Fitted]:
         """Where the effect that was added last is one of `KIN`, the others in its place, from its own motor."""
         last = best[0].motor.effects[-1] if best else None
         kin = next((names for names in KIN if last is not None and last.name in names), ())
@@ -229,10 +229,10 @@ class Search:
 
     def completions(self, half: Fitted) -> list[Fitted]:
         """`half`, which alone fits no motor, with what it wants beside it."""
-        ranked = suspects(half, self.secants)
+        ranked = candidates(half, self.effect_columns)
         return [self.best_of(half, ranked[name]) for name in _beside(half) if name in ranked]
 
-    def best_of(self, base: Fitted, starts: list[Suspect], least: float = math.inf) -> Fitted:
+    def best_of(self, base: Fitted, starts: list[Candidate], least: float = math.inf) -> Fitted:
         """`base` with the effect fitted from its best starts; with less patience where another explains all.
 
         `least` is the chi2 that another effect in its place leaves.
@@ -302,7 +302,7 @@ class _Stage:
     """A motor that is given one effect more."""
 
     base: Fitted
-    ranked: dict[str, list[Suspect]]
+    ranked: dict[str, list[Candidate]]
     leaders: list[str]
     found: list[Fitted] = dataclasses.field(default_factory=list)
 
@@ -316,7 +316,7 @@ class _Stage:
         return (others[:FIRST], others[FIRST:], [name for name in loads if name not in rough], rough)[number]
 
 
-def _leaders(base: Fitted, ranked: dict[str, list[Suspect]], contest: bool) -> list[str]:
+def _leaders(base: Fitted, ranked: dict[str, list[Candidate]], contest: bool) -> list[str]:
     """Effects worth a fit. Far from the floor scores may mislead; near it they are good to a few parts of the gain."""
     barred = _barred(base.names)
     ranked = {name: starts for name, starts in ranked.items() if name not in barred}
@@ -331,7 +331,7 @@ def _leaders(base: Fitted, ranked: dict[str, list[Suspect]], contest: bool) -> l
     return [name for name in order if name in beside or base.chi2 - ranked[name][0].chi2 > 0.5 * GAIN][:LATER]
 
 
-def _first_leaders(base: Fitted, ranked: dict[str, list[Suspect]], order: list[str]) -> list[str]:
+def _first_leaders(base: Fitted, ranked: dict[str, list[Candidate]], order: list[str]) -> list[str]:
     """Of the linear motor."""
     if base.chi2 > DOUBT:
         return order[:LEADERS] + [name for name in ALWAYS if name in order[LEADERS:]]
@@ -340,7 +340,7 @@ def _first_leaders(base: Fitted, ranked: dict[str, list[Suspect]], order: list[s
     return list(dict.fromkeys(promising[:LEADERS] + (always if base.chi2 > ENOUGH else [])))
 
 
-def _as_good(ranked: dict[str, list[Suspect]], rough: list[str]) -> list[str]:
+def _as_good(ranked: dict[str, list[Candidate]], rough: list[str]) -> list[str]:
     """Of `rough` laws, those that by their score may do as well as an effect that leaves nothing over."""
     scores = [starts[0].chi2 for starts in ranked.values()]
     least, none = min(scores), max(scores)
@@ -394,7 +394,7 @@ def _is_simpler(one: Fitted, other: Fitted) -> bool:
     return len(own) == len(others) == 1 and own.pop() in EFFECTS[others.pop()].contains
 
 
-def shape_of(start: Suspect) -> tuple[float, ...]:
+def shape_of(start: Candidate) -> tuple[float, ...]:
     """What `scaled` leaves as it is."""
     about = parameters(start.effect)
     return tuple(float(getattr(start.effect, name)) for name in about if about[name]["neutral"] != 0.0)

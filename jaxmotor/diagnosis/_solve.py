@@ -103,7 +103,7 @@ class Solver:
 
         return np.concatenate(side_by_side(part, range(0, len(speeds), width)))
 
-    def seen(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def residual_of(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(lane, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
         found = self._program(together([motor]), speeds[None], self.width(motor))
         return np.asarray(found["plain"])[:, 0].T, self.rows(found["drift"])[0]
@@ -259,7 +259,7 @@ def _first_speeds(trial: Trial, pieces: int) -> np.ndarray:
         used = np.flatnonzero(valid[lane] & (piece[lane] == piece[lane, row]))[:FIRST_ROWS]
         if used.size:
             speeds[piece[lane, row]] = float(np.asarray(lanes.observed)[lane, used].mean())
-    duration = float(np.asarray(trial.heard.duration))
+    duration = float(np.asarray(trial.measured_log.duration))
     return speeds * float(trial.problem.unit) / (duration if trial.problem.kind == "turn" else 1.0)
 
 

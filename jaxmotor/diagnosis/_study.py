@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._trial import Trial, trial_of
-from jaxmotor.prediction import ROOMY, Packed, pack, without_beginnings
+from jaxmotor.prediction import PADDED, Packed, pack, without_beginnings
 from jaxmotor.recording import Recording
 
 
@@ -36,7 +36,7 @@ def study_of(recording: Recording, pole: float, timed: bool = False) -> Study:
     moving = tuple(
         index for index, segment in enumerate(recording.segments) if segment.kind != "rest" and len(segment) >= 2
     )
-    packed = pack(recording, moving, ROOMY._replace(lanes=_lanes([len(recording.segments[k]) for k in moving])), timed)
+    packed = pack(recording, moving, PADDED._replace(lanes=_lanes([len(recording.segments[k]) for k in moving])), timed)
     packed = without_beginnings(recording, packed)
     trial = trial_of(recording, packed, pole)
     return Study(recording, packed, trial, Solver(trial, noise_known=packed.observation.floor_known), timed)

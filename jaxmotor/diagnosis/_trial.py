@@ -47,7 +47,8 @@ def _memory(recording: Recording, packed: Packed) -> float:
 
 def rig_of(recording: Recording, trial: Trial) -> Rig:
     """What is known of the rig before any fit: what effects may be sought, and how large they may be."""
-    lanes, speed = trial.problem.lanes, np.abs(np.asarray(trial.heard.speed))[: int(np.asarray(trial.heard.used))]
+    lanes, log = trial.problem.lanes, trial.measured_log
+    speed = np.abs(np.asarray(log.speed))[: int(np.asarray(log.used))]
     applied = np.unique(np.round(np.abs(np.asarray(lanes.volts)[trial.valid]), 6))
     time = np.asarray(trial.time)[trial.valid]
     turns = trial.angle is not None and bool(np.ptp(np.asarray(trial.angle)[trial.valid]) > 2 * np.pi)
@@ -55,7 +56,7 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
         float(trial.supply),
         tuple(applied[applied > 0].tolist()),
         float(np.quantile(speed, 0.995)),
-        float(np.asarray(trial.heard.duration)),
+        float(np.asarray(log.duration)),
         float(np.ptp(time)),
         turns,
         supply_known=recording.supply_V is not None,

@@ -15,9 +15,9 @@ from jaxmotor.diagnosis._evidence import Evidence, evidence, weights
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._polish import polished
+from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, late
 from jaxmotor.diagnosis._search import COARSE, EXPLAINED, FINE, KIN, LITTLE, SAME, USUAL, Found, Named, shape_of
 from jaxmotor.diagnosis._solve import Fitted, Solver
-from jaxmotor.diagnosis._suspects import Secant, Suspect, late, secants, suspects
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import EFFECTS, Rig, free_size
 
@@ -62,7 +62,7 @@ class ValidatedSearch:
         self.visited: dict[Names, Fitted] = {}
         self.evidence: dict[Names, Evidence] = {}
         self.tried: set[Names] = set()
-        self.scores: list[tuple[Fitted, tuple[Secant, ...]]] = []
+        self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
         self.own = frozenset(linear.names)
         """What is the log's: no candidate, and no cause."""
         self.visited[self.own], self.evidence[self.own] = linear, evidence(linear, solver.piece)
@@ -118,9 +118,9 @@ class ValidatedSearch:
 
     def _extend(self, bases: list[Fitted], most: int, also: Sequence[tuple[str, ...]] = ()) -> None:
         """Fit each of `bases` with one of `most` candidates more, and with each of its own in `also`."""
-        tasks: dict[Names, tuple[Fitted, list[Suspect]]] = {}
+        tasks: dict[Names, tuple[Fitted, list[Candidate]]] = {}
         for base, more in zip(bases, also or [()] * len(bases), strict=True):
-            ranked = suspects(base, self._secants(base))
+            ranked = candidates(base, self._effect_columns(base))
             always = ALWAYS if base is self.linear else ()
             leaders = _leaders(base, ranked, most, (*more, *always))
             simpler = [simple for name in leaders for simple in EFFECTS[name].contains]
@@ -133,7 +133,7 @@ class ValidatedSearch:
         self._keep(found)
         self._keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
 
-    def _best_of(self, base: Fitted, starts: list[Suspect]) -> Fitted:
+    def _best_of(self, base: Fitted, starts: list[Candidate]) -> Fitted:
         """`base` with the effect, fitted from its best starts of different shape."""
         fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE)
         first = starts[0]
@@ -146,7 +146,7 @@ class ValidatedSearch:
 
     def _completed(self, half: Fitted) -> Fitted:
         """`half`, which has a law that fits no motor alone, with what that wants beside it."""
-        ranked = suspects(half, self._secants(half))
+        ranked = candidates(half, self._effect_columns(half))
         [name] = _wanted(half)
         return self._best_of(half, ranked[name]) if name in ranked else half
 
@@ -181,13 +181,13 @@ class ValidatedSearch:
         rivals = tuple(self.visited[names] for names in others)
         return Named(name, rivals, self.probability(name), self.probability(name, *alike), alike)
 
-    def _secants(self, base: Fitted) -> tuple[Secant, ...]:
+    def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         """The candidates' columns at about the gain and pole of `base`."""
         for near, known in self.scores:
             later = abs(late(near.motor) - late(base.motor))
             if np.abs(near.free[:2] - base.free[:2]).max() < NEAR and later < 0.5 * self.rig.period_s:
                 return known
-        found = secants(self.solver, base, self.rig)
+        found = effect_columns(self.solver, base, self.rig)
         self.scores.append((base, found))
         return found
 
@@ -203,7 +203,7 @@ class ValidatedSearch:
         return polished(self.solver, fitted, COARSE) if is_wide(fitted.template.effects) else fitted
 
 
-def _leaders(base: Fitted, ranked: dict[str, list[Suspect]], most: int, also: tuple[str, ...]) -> list[str]:
+def _leaders(base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: tuple[str, ...]) -> list[str]:
     """`most` effects by their scores, few of them alike, and `also` these."""
     barred = {name for same in (*SAME, SHIFTS) for own in base.names if own in same for name in same}
     order = [name for name in sorted(ranked, key=lambda name: ranked[name][0].chi2) if name not in barred]

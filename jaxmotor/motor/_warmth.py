@@ -5,12 +5,12 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float
 
 from jaxmotor.motor._motor import Motor, source_of
-from jaxmotor.motor.effects import Heard, SensorLag, WindingHeating
+from jaxmotor.motor.effects import MeasuredLog, SensorLag, WindingHeating
 from jaxmotor.motor.effects._base import Scalar, Winding
 from jaxmotor.motor.effects._substep import Parts, parts_of
 
 
-def warmth(motor: Motor, log: Heard) -> Float[Array, " n"] | None:
+def warmth(motor: Motor, log: MeasuredLog) -> Float[Array, " n"] | None:
     """(n,) relative rise of the winding's resistance [1] at each row of `log`; None where `motor` has no law of it.
 
     The current that heats is the one that all laws of bridge and winding together give, at the voltage that acts and at
@@ -34,12 +34,12 @@ def warmth(motor: Motor, log: Heard) -> Float[Array, " n"] | None:
     return heating.history(_of_shaft(motor, _late(parts, log)), back, motor.linear.pole, current)
 
 
-def _follows(log: Heard) -> Bool[Array, " n"]:
+def _follows(log: MeasuredLog) -> Bool[Array, " n"]:
     """Rows that follow the one before them without a pause."""
     return jnp.diff(log.time, prepend=log.time[:1] - 2 * log.duration) < 1.5 * log.duration
 
 
-def _late(parts: Parts, log: Heard) -> Heard:
+def _late(parts: Parts, log: MeasuredLog) -> MeasuredLog:
     """`log` with the voltages that act in each row, in the mean; before an experiment there were none."""
     if not parts.delays:
         return log
@@ -55,7 +55,7 @@ def _late(parts: Parts, log: Heard) -> Heard:
     return log._replace(volts=(1 - ticks + whole) * ago(whole) + (ticks - whole) * ago(whole + 1))
 
 
-def _of_shaft(motor: Motor, log: Heard) -> Heard:
+def _of_shaft(motor: Motor, log: MeasuredLog) -> MeasuredLog:
     """`log` with the speeds that a filter hid, w + τ w', and the noise that this adds."""
     lags = [effect.time_constant_s for effect in motor.effects if isinstance(effect, SensorLag)]
     if not lags:

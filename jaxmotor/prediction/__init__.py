@@ -3,8 +3,8 @@
 from jaxmotor.prediction._autoregression import autoregression as autoregression
 from jaxmotor.prediction._autoregression import k_steps as k_steps
 from jaxmotor.prediction._autoregression import one_step as one_step
+from jaxmotor.prediction._effects import predicted_readings as predicted_readings
 from jaxmotor.prediction._effects import residuals as residuals
-from jaxmotor.prediction._effects import seen as seen
 from jaxmotor.prediction._initial_state import SPEED_STEP as SPEED_STEP
 from jaxmotor.prediction._initial_state import fit_initial_speeds as fit_initial_speeds
 from jaxmotor.prediction._initial_state import without_beginnings as without_beginnings
@@ -22,11 +22,11 @@ from jaxmotor.prediction._log import log_of as log_of
 from jaxmotor.prediction._log import steps_per_row as steps_per_row
 from jaxmotor.prediction._noise import Noise as Noise
 from jaxmotor.prediction._noise import noise_to_json as noise_to_json
-from jaxmotor.prediction._packing import ROOMY as ROOMY
+from jaxmotor.prediction._packing import PADDED as PADDED
 from jaxmotor.prediction._packing import Lanes as Lanes
 from jaxmotor.prediction._packing import Observation as Observation
 from jaxmotor.prediction._packing import Packed as Packed
-from jaxmotor.prediction._packing import Room as Room
+from jaxmotor.prediction._packing import Padding as Padding
 from jaxmotor.prediction._packing import bucket as bucket
 from jaxmotor.prediction._packing import pack as pack
 from jaxmotor.prediction._packing import pieces_of as pieces_of

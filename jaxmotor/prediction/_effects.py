@@ -11,7 +11,7 @@ from jaxmotor.prediction._log import Log
 from jaxmotor.prediction._problem import Problem
 
 
-def seen(motor: Motor, speeds: Float[Array, "*batch k"], log: Log) -> Float[Array, "row *batch lane"]:
+def predicted_readings(motor: Motor, speeds: Float[Array, "*batch k"], log: Log) -> Float[Array, "row *batch lane"]:
     """The readings [units] of `motor` whose pieces begin at `speeds` [rad/s]. Rows come first, as they are walked.
 
     Where what `motor` holds has an axis, there are as many motors.
@@ -25,14 +25,14 @@ def seen(motor: Motor, speeds: Float[Array, "*batch k"], log: Log) -> Float[Arra
 def residuals(motors: Motor, speeds: Float[Array, "batch k"], log: Log) -> Float[Array, "row batch lane"]:
     """Measured minus predicted [units] of each of a batch of motors; zero where nothing was measured."""
     lanes = log.problem.lanes
-    return jnp.where(_by_row(lanes.valid), _by_row(lanes.observed) - seen(motors, speeds, log), 0.0)
+    return jnp.where(_by_row(lanes.valid), _by_row(lanes.observed) - predicted_readings(motors, speeds, log), 0.0)
 
 
 def _simulated(motor: Motor, speeds: Float[Array, "*batch k"], log: Log) -> Run:
     """Of all lanes (row, ..., lane)."""
     lanes, each = log.problem.lanes, speeds.ndim - 1
     # Lanes do not hold experiments in their order; what is warm is followed through the whole recording instead.
-    rise = jax.vmap(warmth, (0, None))(motor, log.heard) if each else warmth(motor, log.heard)
+    rise = jax.vmap(warmth, (0, None))(motor, log.measured_log) if each else warmth(motor, log.measured_log)
 
     def chosen(values: Float[Array, "*batch all"], place: Int[Array, "lane row"]) -> Float[Array, "row *batch lane"]:
         return jnp.moveaxis(values[..., place.T], -2, 0)

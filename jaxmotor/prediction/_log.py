@@ -8,10 +8,10 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor._precision import to_jax
 from jaxmotor.motor import steps_for
-from jaxmotor.motor.effects import Heard
+from jaxmotor.motor.effects import MeasuredLog
 from jaxmotor.prediction._packing import Packed
 from jaxmotor.prediction._problem import Problem, as_problem
-from jaxmotor.prediction._shaft import heard, rows_heard, shaft_angles, supply_of, time_of
+from jaxmotor.prediction._shaft import measured_log, rows_in_log, shaft_angles, supply_of, time_of
 from jaxmotor.recording import Recording
 
 MOST_STEPS = 10
@@ -26,7 +26,7 @@ class Log(eqx.Module):
     """Since the recording began [s]."""
     angle: Float[Array, "lane row"] | None
     """Measured [rad]; None where it is not known throughout."""
-    heard: Heard
+    measured_log: MeasuredLog
     """All rows in their order, from which the winding's warmth follows."""
     row: Int[Array, "lane row"]
     """Which of those each row of a lane is."""
@@ -54,8 +54,8 @@ def log_of(recording: Recording, packed: Packed, pole_rad_s: float, everything: 
         dataclasses.replace(as_problem(packed), clusters=0, floor_known=True, free=False),
         to_jax(time_of(recording, packed)),
         None if angles is None else to_jax(_angle(angles, packed)),
-        heard(recording, everything),
-        to_jax(rows_heard(recording, packed, everything)),
+        measured_log(recording, everything),
+        to_jax(rows_in_log(recording, packed, everything)),
         to_jax(np.float64(supply_of(recording))),
         to_jax(np.int32(steps_per_row(period, pole_rad_s))),
         to_jax(np.int32(np.nonzero(packed.segment_of >= 0)[1].max() + 1)),

@@ -101,7 +101,7 @@ class Piece(NamedTuple):
     """A row of rest, in which nothing was measured, comes before its first."""
 
 
-class Room(NamedTuple):
+class Padding(NamedTuple):
     """Shapes that are rounded up to few: programs that stop after the rows in use do not mind."""
 
     lanes: int
@@ -111,29 +111,29 @@ class Room(NamedTuple):
     """The fewest; more come by factors of two."""
 
 
-ROOMY = Room(16, 2048, 64)
+PADDED = Padding(16, 2048, 64)
 
 
 def pack(
     recording: Recording,
     segments: tuple[int, ...],
-    room: Room | None = None,
+    padding: Padding | None = None,
     rest_before: bool = False,
     noise: Noise | None = None,
 ) -> Packed:
     """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted.
 
-    `room` asks for one of few shapes. With `rest_before` a row of rest comes before pieces that are driven from their
-    first row on: readings that are late show in it what that row does before it is read. `noise` is that of a reading
-    where it has been estimated before.
+    `padding` asks for one of few shapes. With `rest_before` a row of rest comes before pieces that are driven from
+    their first row on: readings that are late show in it what that row does before it is read. `noise` is that of a
+    reading where it has been estimated before.
     """
     observation = _observation(recording)
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
     if rest_before:
         pieces = [piece._replace(rest=_driven_at_once(recording, piece)) for piece in pieces]
-    lane_of, start_of, length = _place([_size(piece) for piece in pieces], room.lanes if room else None)
-    shape = (room.lanes, _rows(room, length)) if room else (max(lane_of) + 1, bucket(length))
-    number_of_pieces = max(_power_of_two(len(pieces)), room.pieces if room else 1)
+    lane_of, start_of, length = _place([_size(piece) for piece in pieces], padding.lanes if padding else None)
+    shape = (padding.lanes, _rows(padding, length)) if padding else (max(lane_of) + 1, bucket(length))
+    number_of_pieces = max(_power_of_two(len(pieces)), padding.pieces if padding else 1)
     blocks, number_of_blocks = _blocks(pieces)
     clusters = _power_of_two(number_of_blocks)
     packed = Lanes(
@@ -238,8 +238,8 @@ def _place(sizes: list[int], lanes: int | None) -> tuple[list[int], list[int], i
     return lane_of, start_of, max(load)
 
 
-def _rows(room: Room, length: int) -> int:
-    rows = room.rows
+def _rows(padding: Padding, length: int) -> int:
+    rows = padding.rows
     while rows < length:
         rows *= 4
     return rows

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Int
 
 from jaxmotor._precision import to_jax
-from jaxmotor.motor.effects import Heard
+from jaxmotor.motor.effects import MeasuredLog
 from jaxmotor.prediction._packing import Packed
 from jaxmotor.recording import Recording
 
@@ -26,7 +26,7 @@ def shaft_angles(recording: Recording) -> list[np.ndarray] | None:
     return [np.asarray(segment.count) * (2 * np.pi / recording.counts_per_rev) for segment in segments]
 
 
-def heard(recording: Recording, packed: Packed) -> Heard:
+def measured_log(recording: Recording, packed: Packed) -> MeasuredLog:
     """All rows of `packed` in the order in which they were measured, for what goes on from one experiment to the next.
 
     There are as many as `packed` has room for, the last of them empty: one program serves many recordings.
@@ -43,11 +43,11 @@ def heard(recording: Recording, packed: Packed) -> Heard:
     padding = np.zeros(cells.size - len(order))
     volts, speed, time = (np.concatenate([array[cells][order], padding]) for array in (lanes.volts, speed, time))
     length, supply, noise = (np.float64(number) for number in (duration, supply_of(recording), variance))
-    return to_jax(Heard(volts, speed, time, np.int32(len(order)), length, supply, noise))  # pyright: ignore[reportArgumentType]
+    return to_jax(MeasuredLog(volts, speed, time, np.int32(len(order)), length, supply, noise))  # pyright: ignore[reportArgumentType]
 
 
-def rows_heard(recording: Recording, packed: Packed, everything: Packed) -> Int[np.ndarray, "lane row"]:
-    """Which row of `heard(recording, everything)` each row of `packed` is, or is followed by in its segment."""
+def rows_in_log(recording: Recording, packed: Packed, everything: Packed) -> Int[np.ndarray, "lane row"]:
+    """Which row of `measured_log(recording, everything)` each row of `packed` is, or is followed by in its segment."""
     cells, many = everything.segment_of >= 0, max(map(len, recording.segments))
     number = everything.segment_of[cells] * many + everything.row_of[cells]
     known = np.argsort(number)

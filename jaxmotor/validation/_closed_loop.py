@@ -140,7 +140,7 @@ def _rise(model: Model, recording: Recording, index: int) -> float:
     """Of the winding's resistance where the segment `index` begins [1]."""
     packed = pack(recording, (index,))
     log = whole_log(model.whole, recording, packed)
-    rise = warmth(to_jax(model.whole), log.heard)
+    rise = warmth(to_jax(model.whole), log.measured_log)
     first = np.argmin(np.where(packed.segment_of == index, packed.row_of, len(recording.segments[index])))
     return 0.0 if rise is None else float(rise[np.asarray(log.row).reshape(-1)[first]])
 

@@ -11,7 +11,7 @@ from jaxmotor._programs import Arrays, program
 from jaxmotor.estimate import Model
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import WindingHeating
-from jaxmotor.prediction import Log, Packed, as_problem, fit_initial_speeds, log_of, pack, residuals, seen
+from jaxmotor.prediction import Log, Packed, as_problem, fit_initial_speeds, log_of, pack, predicted_readings, residuals
 from jaxmotor.recording import Recording
 from jaxmotor.validation._drawn_motors import draw_motors
 from jaxmotor.validation._draws import psi_of
@@ -95,6 +95,6 @@ def _means(
 ) -> tuple[Float[Array, "number size"], Float[Array, "number size"]]:
     def mean(both: tuple[Motor, Key[Array, ""]]) -> tuple[Float[Array, " size"], Float[Array, " size"]]:
         motor, key = both
-        return averaged(seen(motor, speeds, log).T, log.problem, bins, scale, size, key)
+        return averaged(predicted_readings(motor, speeds, log).T, log.problem, bins, scale, size, key)
 
     return jax.lax.map(mean, (motors, keys), batch_size=32)

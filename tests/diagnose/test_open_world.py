@@ -15,7 +15,7 @@ from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._spline import Spline, spline_over
 from jaxmotor.diagnosis._split import split
 from jaxmotor.diagnosis._trial import trial_of
-from jaxmotor.prediction import ROOMY, pack
+from jaxmotor.prediction import PADDED, pack
 from jaxmotor.recording import Recording, Segment
 
 RUNS = [*plan(), *(sine(f, amplitude=2.0) for f in (0.7037, 1.507, 3.011))]
@@ -78,7 +78,7 @@ def hidden(law, seed, runs=RUNS):
 def fitted(recording):
     """A solver of the recording, and the linear motor that it fits."""
     with jax.enable_x64(True):
-        packed = pack(recording, tuple(range(len(recording.segments))), ROOMY)
+        packed = pack(recording, tuple(range(len(recording.segments))), PADDED)
         solver = Solver(trial_of(recording, packed, POLE))
         return solver, solver.fit(linear_of(GAIN, POLE), tolerance=1e-2)
 

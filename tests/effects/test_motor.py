@@ -12,7 +12,7 @@ from effect_cases import PERIOD, STEPS, SUPPLY, fast_turned, linear, motor, numb
 
 from jaxmotor.motor import simulate, warmth
 from jaxmotor.motor._motor import Motor, Rows, SpeedLoop, simulate_motor, steps_for
-from jaxmotor.motor.effects import EFFECTS, Heard, from_free, parameters, to_free, values_at
+from jaxmotor.motor.effects import EFFECTS, MeasuredLog, from_free, parameters, to_free, values_at
 
 pytestmark = pytest.mark.usefixtures("x64")
 PAGES = Path(__file__).parents[2] / "docs" / "effects"
@@ -173,7 +173,7 @@ def test_a_winding_stays_warm_between_experiments_and_cools_in_pauses():
     cold = run(at, driven._replace(reset=cut.reset, warmth=jnp.zeros(400)))
     back = (1 - at.viscous_share) / at.linear.gain
     speed = found.turn / PERIOD
-    exact = Heard(cut.volts, speed, cut.time, None, number(PERIOD), number(SUPPLY), number(0.0))
+    exact = MeasuredLog(cut.volts, speed, cut.time, None, number(PERIOD), number(SUPPLY), number(0.0))
     warmth = heating.history(exact, back, number(np.inf))  # an infinitely fast motor brakes without heat
     known = run(at, cut._replace(warmth=warmth))
     np.testing.assert_allclose(known.turn, found.turn, atol=2e-5)
@@ -205,7 +205,7 @@ def test_the_warmth_of_a_recording_knows_the_other_laws_of_the_current(others):
         reset=driven.reset.at[300].set(True), initial_speed=driven.initial_speed.at[300].set(found.speed[300])
     )
     about = (None, number(PERIOD), number(SUPPLY), number(0.0))
-    rise = warmth(at, Heard(cut.volts, found.seen_turn / PERIOD, cut.time, *about))
+    rise = warmth(at, MeasuredLog(cut.volts, found.seen_turn / PERIOD, cut.time, *about))
     known = run(at, cut._replace(warmth=rise))
     cold = run(at, cut._replace(warmth=jnp.zeros_like(cut.volts)))
     # What the experiment that is cut here no longer knows of the one before is forgotten by then.
@@ -222,8 +222,8 @@ def test_rounding_does_not_heat_a_winding():
     about = (None, number(PERIOD), number(SUPPLY))
 
     def end(speed, variance):
-        heard = Heard(number(volts), number(speed), number(time), *about, number(variance))
-        return float(heating.history(heard, number(0.09), number(40.0))[-1])
+        measured_log = MeasuredLog(number(volts), number(speed), number(time), *about, number(variance))
+        return float(heating.history(measured_log, number(0.09), number(40.0))[-1])
 
     exact = end(speed, 0.0)
     assert abs(end(noisy, deviation**2) / exact - 1) < 0.0015

@@ -30,8 +30,8 @@ from jaxmotor.motor.effects._log import TimingOffset as TimingOffset
 from jaxmotor.motor.effects._motion import Backlash as Backlash
 from jaxmotor.motor.effects._motion import Cogging as Cogging
 from jaxmotor.motor.effects._motion import CoulombFriction as CoulombFriction
-from jaxmotor.motor.effects._motion import Heard as Heard
 from jaxmotor.motor.effects._motion import LoadTorque as LoadTorque
+from jaxmotor.motor.effects._motion import MeasuredLog as MeasuredLog
 from jaxmotor.motor.effects._motion import QuadraticDrag as QuadraticDrag
 from jaxmotor.motor.effects._motion import ShaftCompliance as ShaftCompliance
 from jaxmotor.motor.effects._motion import Stiction as Stiction

@@ -189,7 +189,7 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
         return memory - (final - memory) * jnp.expm1(-duration / self.time_constant_s)
 
     def history(
-        self, log: "Heard", back: Scalar, pole: Scalar, current: "CurrentLaw | None" = None
+        self, log: "MeasuredLog", back: Scalar, pole: Scalar, current: "CurrentLaw | None" = None
     ) -> Float[Array, " n"]:
         """x at each row of a whole recording, in the order in which it was measured.
 
@@ -224,7 +224,7 @@ CurrentLaw = Callable[[Scalar, Scalar, Scalar, Scalar], tuple[Scalar, Scalar]]
 """Of voltage [V], speed [rad/s], time [s] and rise of resistance x: i R0 [V] and its slope over the speed [V s/rad]."""
 
 
-class Heard(NamedTuple):
+class MeasuredLog(NamedTuple):
     """What was measured of a whole recording, row by row in its order."""
 
     volts: Float[Array, " n"]

@@ -19,7 +19,7 @@ from jaxmotor.motor.effects._base import AbstractDelayEffect
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Secant:
+class EffectColumns:
     """One plausible size of an effect: what it changes. With a phase it has two columns, a quarter turn apart."""
 
     starts: tuple[AbstractEffect, ...]
@@ -32,7 +32,7 @@ class Secant:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Suspect:
+class Candidate:
     """A start for a fit, and the chi2 per sample that its score promises."""
 
     effect: AbstractEffect
@@ -50,19 +50,19 @@ class Suspect:
         return with_effect(moved, self.effect)
 
 
-def secants(solver: Solver, base: Fitted, rig: Rig) -> tuple[Secant, ...]:
+def effect_columns(solver: Solver, base: Fitted, rig: Rig) -> tuple[EffectColumns, ...]:
     """Of every effect that the recording could show, at the gain and pole of `base`.
 
     Where `base` has effects already, they are taken as if they did not change what a further one does, but for a delay:
     that comes as much later. So no program is needed that the first effects have not needed.
     """
     motor, at = _bare(base.motor), None
-    residual = base.residual if motor is base.motor else solver.seen(motor, base.speeds)[1]
+    residual = base.residual if motor is base.motor else solver.residual_of(motor, base.speeds)[1]
     rows = round(late(base.motor) / rig.period_s)
     if rows:
         at = _rows_before(solver.piece, rows)
     starts = [effect.starts(rig) for effect in EFFECTS.values()]
-    of = side_by_side(lambda own: _secants(solver, motor, base.speeds, residual, own), starts)
+    of = side_by_side(lambda own: _effect_columns(solver, motor, base.speeds, residual, own), starts)
     found = tuple(one for its in of for one in its)
     return found if at is None else tuple(dataclasses.replace(one, columns=one.columns[at]) for one in found)
 
@@ -86,9 +86,9 @@ def _rows_before(piece: np.ndarray, rows: int) -> np.ndarray:
     return np.clip(number - rows, begin, len(piece) - 1)
 
 
-def _secants(
+def _effect_columns(
     solver: Solver, motor: Motor, speeds: np.ndarray, residual: np.ndarray, starts: tuple[AbstractEffect, ...]
-) -> list[Secant]:
+) -> list[EffectColumns]:
     """Of one effect, beside `motor`, which leaves `residual`."""
     if not starts:
         return []
@@ -98,30 +98,29 @@ def _secants(
     columns = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
     paired = any(about["kind"] == "amplitude" for about in parameters(starts[0]).values())
     size = 2 if paired else 1
-    return [
-        Secant(starts[begin : begin + size], columns[begin : begin + size].T) for begin in range(0, len(starts), size)
-    ]
+    groups = [slice(begin, begin + size) for begin in range(0, len(starts), size)]
+    return [EffectColumns(starts[group], columns[group].T) for group in groups]
 
 
-def suspects(base: Fitted, found: tuple[Secant, ...]) -> dict[str, list[Suspect]]:
+def candidates(base: Fitted, found: tuple[EffectColumns, ...]) -> dict[str, list[Candidate]]:
     """Of each effect that `base` has not, the starts by their scores, the best first."""
     own = _own(base)
     left = base.residual - own.basis @ own.along(base.residual)
     square = square_of(left)
     count = len(left)
-    scored: dict[str, list[Suspect]] = {}
+    scored: dict[str, list[Candidate]] = {}
     for secant in found:
         if secant.name in base.names:
             continue
         columns = secant.columns - np.einsum("np,pc->nc", own.basis, own.along(secant.columns))
         gain, size = _sized(secant, columns, left)
         there = base.residual + np.einsum("nc,c->n", secant.columns, size)
-        suspect = Suspect(_of_size(secant, size), (square - gain) / count, base, own.shift(there))
+        suspect = Candidate(_of_size(secant, size), (square - gain) / count, base, own.shift(there))
         scored.setdefault(secant.name, []).append(suspect)
     return {name: sorted(starts, key=lambda start: start.chi2) for name, starts in scored.items()}
 
 
-def _sized(secant: Secant, columns: np.ndarray, left: np.ndarray) -> tuple[float, np.ndarray]:
+def _sized(secant: EffectColumns, columns: np.ndarray, left: np.ndarray) -> tuple[float, np.ndarray]:
     """By how much the columns lower the sum of squares, and about how many times the effect it takes (1 or 2,)."""
     normal, right = np.einsum("np,nq->pq", columns, columns), -np.einsum("np,n->p", columns, left)
     if not (np.diag(normal) > 1e-9).all():
@@ -136,7 +135,7 @@ def _sized(secant: Secant, columns: np.ndarray, left: np.ndarray) -> tuple[float
     return gain, size if signed else np.clip(size, 0.2, 5.0)
 
 
-def _of_size(secant: Secant, size: np.ndarray) -> AbstractEffect:
+def _of_size(secant: EffectColumns, size: np.ndarray) -> AbstractEffect:
     """The secant's effect so many times."""
     if len(size) == 2:
         return _turned(secant.starts[0], size)
