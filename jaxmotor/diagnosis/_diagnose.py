@@ -19,7 +19,7 @@ from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._score import scored
 from jaxmotor.diagnosis._score_test import effect_columns
-from jaxmotor.diagnosis._search import EXPLAINED, FINE, GAIN, RIVALRY, SAME, Found, Search, enough
+from jaxmotor.diagnosis._search import DOUBT, EXPLAINED, FINE, GAIN, RIVALRY, SAME, Found, Search, enough
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed, timing_of, with_average
@@ -126,7 +126,7 @@ def _found(study: Study, first: Motor, linear: Fitted, seen: tuple[Look, ...]) -
     """The effects, and what they are worth.
 
     Of counts none are sought where something outside the motor moves it, which several would seem to explain. Where the
-    noise is not known, or the effects do not come down to it, they are chosen by what they predict.
+    noise is not known, or the effects do not come near it, they are chosen by what they predict.
     """
     rig = rig_of(study.recording, study.trial)
     if study.packed.observation.floor_known:
@@ -134,7 +134,7 @@ def _found(study: Study, first: Motor, linear: Fitted, seen: tuple[Look, ...]) -
             return kept(study, Found(linear, linear, ()), None)
         search = Search(study.solver, first, linear, effect_columns(study.solver, linear, rig))
         found, held = kept(study, search.run(), search)
-        if found.fitted.chi2 <= enough(found.fitted.names, EXPLAINED):
+        if found.fitted.chi2 <= enough(found.fitted.names, DOUBT):
             return found, held
     found = ValidatedSearch(study.solver, first, linear, rig).run()
     return found, hold_out(study, found)

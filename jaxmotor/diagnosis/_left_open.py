@@ -17,7 +17,7 @@ LAWS = dict(
 """The effects that hidden laws are."""
 SMALL = 1e-3
 """Of one unit of a law: the difference over which its column is taken."""
-ANOTHER = 0.05
+ANOTHER = 0.1
 """Part of gain or pole by which a motor is another one; less is the noise of a recording that would show the law."""
 PRIOR = (2, 3)
 """Free numbers of the motor that a prior holds: its electrical time constant and its viscous share."""
