@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 
 from jaxmotor import JaxmotorError, Recording, diagnose
 from jaxmotor.cli._runtime import prepare_jax
-from jaxmotor.diagnosis import Diagnosis
+from jaxmotor.diagnosis import Diagnosis, FoundEffect
 from jaxmotor.recording import Segment
 
 NOISE = (0.002, 0.02)
@@ -68,9 +68,14 @@ def _with_speed(segment: Segment, speed: np.ndarray) -> Segment:
     )
 
 
+def alike(one: FoundEffect) -> list[str]:
+    """The effect, and those that the recording does not tell from it."""
+    return [one.name, *(rival.name for rival in one.rivals if rival.inseparable)]
+
+
 def is_found(hidden: Hidden, found: Diagnosis) -> bool:
     """Each hidden effect is named or an alternative, and nothing else is named."""
-    named = [{one.name, *(rival.name for rival in one.rivals if rival.inseparable)} for one in found.effects]
+    named = [alike(one) for one in found.effects]
     return len(named) == len(hidden.truth) and all(any(name in one for one in named) for name in hidden.truth)
 
 
@@ -106,13 +111,10 @@ def main() -> None:
                 print(f"| {kind} | {seed} | {error} | | | |", flush=True)
                 continue
             seconds = time.perf_counter() - begin
-            names = "; ".join(
-                f"{one.name} (or {', '.join(r.name for r in one.rivals if r.inseparable)})" for one in found.effects
-            )
+            names = "; ".join(" or ".join(alike(one)) for one in found.effects)
             for one in found.effects:
-                alike = {one.name, *(rival.name for rival in one.rivals if rival.inseparable)}
                 own.append((one.probability or 0.0, one.name in hidden.truth))
-                family.append((one.family_probability or 0.0, bool(alike & set(hidden.truth))))
+                family.append((one.family_probability or 0.0, bool(set(alike(one)) & set(hidden.truth))))
             good, total = is_found(hidden, found), total + 1
             right += good
             sure = ", ".join(f"{one.probability or 0:.2f} ({one.family_probability or 0:.2f})" for one in found.effects)
