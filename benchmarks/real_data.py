@@ -103,7 +103,7 @@ def noise_cell(noise: Noise) -> str:
 
 
 JOINED = "coast/static_gain, prbs_open, step_open"
-DIAGNOSED = ("brake/prbs_open", "coast/prbs_open", "coast/step_open", "coast/stairs_closed", JOINED)
+DIAGNOSED = (*FILES, JOINED)
 
 
 def static_curve() -> Recording:
