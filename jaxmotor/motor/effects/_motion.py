@@ -269,9 +269,9 @@ class ShaftCompliance(AbstractMotionEffect, AbstractLoadEffect):
         return tuple(cls.of(frequency_Hz=f, damping_ratio=0.08, inertia_ratio=0.35) for f in frequencies)
 
     def possible(self) -> bool:
-        """What is damped critically does not swing; the least damped of steel structures have about 0.001. A load of a
-        hundred rotors turns no motor that a hobby supply drives."""
-        return 1e-3 <= float(self.damping_ratio) < 1 and float(self.inertia_ratio) < 100
+        """From a damping of 1/√2 there is no resonance; the least damped of steel structures have about 0.001. A load
+        of a hundred rotors turns no motor that a hobby supply drives."""
+        return 1e-3 <= float(self.damping_ratio) < math.sqrt(0.5) and float(self.inertia_ratio) < 100
 
     def load(self) -> Load:
         return Load(self.inertia_ratio, 2 * jnp.pi * self.frequency_Hz, self.damping_ratio, None)
