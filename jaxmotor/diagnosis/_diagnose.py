@@ -39,8 +39,6 @@ EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
 )
-HALVED = 0.5
-"""Part of chi2 on segments held out that effects must leave at most which blocks left out do not ask for."""
 UNKNOWN = 0.5
 """Relative standard error from which a parameter is not determined."""
 
@@ -131,23 +129,14 @@ def _found(study: Study, first: Motor, linear: Fitted, seen: tuple[Look, ...]) -
     noise is not known, or the effects do not come near it, they are chosen by what they predict.
     """
     rig = rig_of(study.recording, study.trial)
-
-    def by_chi2() -> tuple[Found, HeldOut]:
-        search = Search(study.solver, first, linear, effect_columns(study.solver, linear, rig))
-        return kept(study, search.run(), search)
-
     if study.packed.observation.floor_known:
         if study.timed or any(look.outside and look.share > OUTSIDE for look in seen):
             return kept(study, Found(linear, linear, ()), None)
-        found, held = by_chi2()
+        search = Search(study.solver, first, linear, effect_columns(study.solver, linear, rig))
+        found, held = kept(study, search.run(), search)
         if found.fitted.chi2 <= enough(found.fitted.names, DOUBT):
             return found, held
     found = ValidatedSearch(study.solver, first, linear, rig).run()
-    if not found.named and not study.timed:
-        # Blocks of equal length do not see what few of them show, such as steady states joined to a run.
-        other, held = by_chi2()
-        if other.named and held.after.drift < HALVED * held.before.drift:
-            return other, held
     return found, hold_out(study, found)
 
 

@@ -37,7 +37,7 @@ NAMED = 0.5
 """Probability, of it or what it may as well be, from which an effect is named."""
 EQUAL = 0.1
 """Part of a model's weight from which another one is not told from it."""
-ALWAYS = ("coulomb_friction", "dead_zone", "transport_delay", "electrical_pole", "coast_drive", "current_limit")
+ALWAYS = ("transport_delay", "electrical_pole", "coast_drive", "current_limit")
 """Fitted beside the linear motor whatever their scores: such effects are like no small multiple of themselves."""
 SHIFTS = {"timing_offset", "transport_delay"}
 """Of which a log shows the sum."""
@@ -145,15 +145,10 @@ class ValidatedSearch:
         return min(found, key=lambda one: one.chi2)
 
     def _completed(self, half: Fitted) -> Fitted:
-        """`half`, whose last law fits no motor alone, with what that wants beside it, whichever comes first."""
+        """`half`, which has a law that fits no motor alone, with what that wants beside it."""
+        ranked = candidates(half, self._effect_columns(half))
         [name] = _wanted(half)
-        other = self.visited.get(frozenset((*half.names[:-1], name)))
-        found = [half]
-        for base, wanted in ((half, name), (other, half.names[-1])):
-            ranked = {} if base is None else candidates(base, self._effect_columns(base))
-            if base is not None and wanted in ranked:
-                found.append(self._best_of(base, ranked[wanted]))
-        return min(found[1:] or found, key=lambda one: one.chi2)
+        return self._best_of(half, ranked[name]) if name in ranked else half
 
     def _without_each(self, fitted: Fitted) -> list[Fitted]:
         """`fitted` without each of its effects in turn."""
