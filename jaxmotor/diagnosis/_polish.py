@@ -14,9 +14,9 @@ from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor.effects import free_size
 
 ROUNDS = 2
-"""In vain, one after the other, after which nothing better is expected."""
+"""Without improvement, one after the other, after which nothing better is expected."""
 LEAST = 1e-3
-"""Part of chi2 that a round must bring not to be in vain."""
+"""Part of chi2 that a round must bring to count as an improvement."""
 DRAWS = 14
 """Of each spread."""
 SPREADS = (0.03, 0.08, 0.2)
@@ -28,15 +28,15 @@ FITTED = 2
 def polished(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
     """`fitted`, or what is better around it, until rounds find nothing."""
     rng = np.random.default_rng(0)
-    vain = 0
-    while vain < ROUNDS:
+    idle = 0
+    while idle < ROUNDS:
         frees = _around(fitted, rng)
         speeds = np.repeat(fitted.speeds[None], len(frees), axis=0)
         found = solver.residuals(motors_at(fitted.template, frees), speeds, solver.width(fitted.motor))
         order = np.argsort([square_of(residual) for residual in found])[:FITTED]
         near = side_by_side(_fit_from(solver, fitted, tolerance), [frees[k] for k in order])
         best = min(near, key=lambda one: one.chi2)
-        vain = 0 if best.chi2 < (1 - LEAST) * fitted.chi2 else vain + 1
+        idle = 0 if best.chi2 < (1 - LEAST) * fitted.chi2 else idle + 1
         fitted = min(fitted, best, key=lambda one: one.chi2)
     return fitted
 

@@ -109,18 +109,18 @@ def candidates(base: Fitted, found: tuple[EffectColumns, ...]) -> dict[str, list
     square = square_of(left)
     count = len(left)
     scored: dict[str, list[Candidate]] = {}
-    for secant in found:
-        if secant.name in base.names:
+    for columns_of in found:
+        if columns_of.name in base.names:
             continue
-        columns = secant.columns - np.einsum("np,pc->nc", own.basis, own.along(secant.columns))
-        gain, size = _sized(secant, columns, left)
-        there = base.residual + np.einsum("nc,c->n", secant.columns, size)
-        suspect = Candidate(_of_size(secant, size), (square - gain) / count, base, own.shift(there))
-        scored.setdefault(secant.name, []).append(suspect)
+        columns = columns_of.columns - np.einsum("np,pc->nc", own.basis, own.along(columns_of.columns))
+        gain, size = _sized(columns_of, columns, left)
+        there = base.residual + np.einsum("nc,c->n", columns_of.columns, size)
+        candidate = Candidate(_of_size(columns_of, size), (square - gain) / count, base, own.shift(there))
+        scored.setdefault(columns_of.name, []).append(candidate)
     return {name: sorted(starts, key=lambda start: start.chi2) for name, starts in scored.items()}
 
 
-def _sized(secant: EffectColumns, columns: np.ndarray, left: np.ndarray) -> tuple[float, np.ndarray]:
+def _sized(columns_of: EffectColumns, columns: np.ndarray, left: np.ndarray) -> tuple[float, np.ndarray]:
     """By how much the columns lower the sum of squares, and about how many times the effect it takes (1 or 2,)."""
     normal, right = np.einsum("np,nq->pq", columns, columns), -np.einsum("np,n->p", columns, left)
     if not (np.diag(normal) > 1e-9).all():
@@ -129,17 +129,17 @@ def _sized(secant: EffectColumns, columns: np.ndarray, left: np.ndarray) -> tupl
     gain = float(right @ size)
     if len(size) == 2:
         return gain, size
-    signed = any(about["kind"] == "signed" for about in parameters(secant.starts[0]).values())
+    signed = any(about["kind"] == "signed" for about in parameters(columns_of.starts[0]).values())
     if size[0] <= 0 and not signed:
         return 0.0, np.ones(1)
     return gain, size if signed else np.clip(size, 0.2, 5.0)
 
 
-def _of_size(secant: EffectColumns, size: np.ndarray) -> AbstractEffect:
-    """The secant's effect so many times."""
+def _of_size(columns_of: EffectColumns, size: np.ndarray) -> AbstractEffect:
+    """The effect of these columns so many times."""
     if len(size) == 2:
-        return _turned(secant.starts[0], size)
-    return secant.starts[0] if size[0] == 1.0 else secant.starts[0].scaled(float(size[0]))
+        return _turned(columns_of.starts[0], size)
+    return columns_of.starts[0] if size[0] == 1.0 else columns_of.starts[0].scaled(float(size[0]))
 
 
 def _turned(start: AbstractEffect, size: np.ndarray) -> AbstractEffect:
