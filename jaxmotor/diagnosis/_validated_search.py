@@ -194,7 +194,7 @@ class ValidatedSearch:
     def _keep(self, found: list[Fitted]) -> None:
         for one in found:
             finite = math.isfinite(one.chi2) and np.isfinite(one.jacobian).all()
-            if finite and all(effect.possible() for effect in one.motor.effects):
+            if finite and all(effect.possible(self.rig) for effect in one.motor.effects):
                 self.visited[frozenset(one.names)] = one
                 self.evidence[frozenset(one.names)] = evidence(one, self.solver.piece)
 
