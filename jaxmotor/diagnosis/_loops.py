@@ -6,8 +6,8 @@ import numpy as np
 
 from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._errors import covariance
+from jaxmotor.diagnosis._found import FINE, Found
 from jaxmotor.diagnosis._free import motors_at, without_timing
-from jaxmotor.diagnosis._search import FINE, Found
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._study import Study
 from jaxmotor.motor import Motor

@@ -11,9 +11,9 @@ from scipy.signal import lfilter
 from jaxmotor import diagnose
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._json import to_json
+from jaxmotor.diagnosis._search import Search
 from jaxmotor.diagnosis._study import study_of
 from jaxmotor.diagnosis._trial import rig_of
-from jaxmotor.diagnosis._validated_search import ValidatedSearch
 from jaxmotor.motor.effects import CoulombFriction, MissedCounts, Rig, ShaftCompliance, Stiction, SupplyDrift
 from jaxmotor.recording import Recording, Segment
 
@@ -123,5 +123,5 @@ def test_weights_of_all_models_sum_to_one(x64):
     recording = noisy_log(2)
     study = study_of(recording, POLE)
     first = linear_of(GAIN, POLE)
-    search = ValidatedSearch(study.solver, first, study.solver.fit(first), rig_of(recording, study.trial))
+    search = Search(study.solver, first, study.solver.fit(first), rig_of(recording, study.trial))
     assert search.weights() == {frozenset(): pytest.approx(1.0)}
