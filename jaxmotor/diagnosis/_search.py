@@ -7,7 +7,6 @@ the largest weight is chosen; each of its effects then has to stand against the 
 
 import functools
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -41,9 +40,9 @@ ALWAYS = ("transport_delay", "electrical_pole", "coast_drive", "current_limit")
 """Fitted beside the linear motor whatever their scores: such effects are like no small multiple of themselves."""
 SHIFTS = {"timing_offset", "transport_delay"}
 """Of which a log shows the sum."""
-LEAST = 0.1
+LEAST, SHARE = 0.1, 0.5
 """Part of the mean square that an effect must take up where more is left than noise: some law takes up a little of
-anything."""
+anything. Where the noise is known, part of what is there beside it."""
 LITTLE = 0.5
 """Part of chi2 that the linear motor's first effect must not leave over, or it is tried from another start, too."""
 HINT = 0.5
@@ -97,7 +96,8 @@ class Search:
             most = max(weight.values())
             if not larger or weight[larger[0]] < GROWS * most:
                 break
-            beam = [self.visited[names] for names in larger[:BEAM] if weight[names] > HOPELESS * most]
+            best = [names for names in larger[:BEAM] if weight[names] > HOPELESS * most]
+            beam = [self.visited[names] for names in dict.fromkeys([*best, *self._simpler(best[0])])]
         return self.settled(self.best())
 
     def settled(self, fitted: Fitted) -> Found:
@@ -111,6 +111,12 @@ class Search:
         fitted = self._likely(fitted)
         named = tuple(self._named(fitted, name) for name in self._causes(fitted))
         return Found(self.linear, self._refined(fitted) if named else self.linear, named)
+
+    def _simpler(self, names: Names) -> list[Names]:
+        """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
+        another effect does."""
+        others = [names - {name} | {simple} for name in names - self.own for simple in EFFECTS[name].contains]
+        return [other for other in others if other in self.visited]
 
     def weights(self) -> dict[Names, float]:
         """Probability of each model that was visited."""
@@ -131,21 +137,34 @@ class Search:
 
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
-        shorter = self._without_each(fitted)
-        missing = [next(iter(set(fitted.names) - set(one.names))) for one in shorter]
-        self._extend(shorter, LATER, [next((kin for kin in KIN if name in kin), ()) for name in missing])
+        self._extend(self._without_each(fitted), LATER)
+        self._keep(side_by_side(functools.partial(self._fit, fitted), self._likewise(fitted)))
 
-    def _extend(self, bases: list[Fitted], most: int, also: Sequence[tuple[str, ...]] = ()) -> None:
-        """Fit each of `bases` with one of `most` candidates more, and with each of its own in `also`."""
+    def _likewise(self, fitted: Fitted) -> list[Motor]:
+        """`fitted` with effects of `KIN` in the place of each other, of the same size."""
+        motors = []
+        for effect in fitted.motor.effects:
+            kin = next((names for names in KIN if effect.name in names), ())
+            size = max((abs(float(getattr(effect, name))) for name in parameters(effect)), default=0.0)
+            bare = without_effect(fitted.motor, effect.name)
+            others = [EFFECTS[name] for name in kin if name not in fitted.names and name not in _barred(bare)]
+            motors += [with_effect(bare, other.of(**dict.fromkeys(parameters(other), size))) for other in others]
+        return motors
+
+    def _fit(self, near: Fitted, motor: Motor) -> Fitted:
+        return self.solver.fit(motor, near.speeds, COARSE)
+
+    def _extend(self, bases: list[Fitted], most: int) -> None:
+        """Fit each of `bases` with one of `most` candidates more."""
         tasks: dict[Names, tuple[Fitted, list[Candidate]]] = {}
-        for base, more in zip(bases, also or [()] * len(bases), strict=True):
+        for base in bases:
             ranked = candidates(base, self._effect_columns(base))
             quiet = self.solver.noise_known and base.chi2 < NEARLY
             if quiet:
                 # Near the noise effects are small multiples of themselves, and scores good.
                 ranked = {name: its for name, its in ranked.items() if base.chi2 - its[0].chi2 > HINT * NOTHING}
             always = ALWAYS if base is self.linear and not quiet else ()
-            leaders = _leaders(base, ranked, most, (*more, *always))
+            leaders = _leaders(base, ranked, most, always)
             simpler = [simple for name in leaders for simple in EFFECTS[name].contains]
             for name in (*leaders, *simpler):
                 names = frozenset((*base.names, name))
@@ -182,17 +201,23 @@ class Search:
         return [self.visited[names] for names in rest if names in self.visited]
 
     def _shorter(self, fitted: Fitted, name: str) -> Fitted:
-        return self.solver.fit(without_effect(fitted.motor, name), fitted.speeds, COARSE)
+        return self._fit(fitted, without_effect(fitted.motor, name))
 
     def _likely(self, fitted: Fitted) -> Fitted:
         """`fitted` without effects that are less likely than not, or take up too little where something is left."""
         for name in self._causes(fitted):
             shorter = self.visited.get(frozenset(fitted.names) - {name})
             unlikely = self._named(fitted, name).with_equal < NAMED
-            least = 1 + (LEAST if fitted.chi2 > enough(fitted.names, EXPLAINED) else 0.0)
-            if shorter is not None and (unlikely or shorter.chi2 < least * fitted.chi2):
+            if shorter is not None and (unlikely or self._imitates(shorter, fitted)):
                 return self._likely(shorter)
         return fitted
+
+    def _imitates(self, shorter: Fitted, fitted: Fitted) -> bool:
+        """The effect that `fitted` has more takes up but a part of something else."""
+        gain = shorter.chi2 - fitted.chi2
+        if self.solver.noise_known:
+            return fitted.chi2 > enough(fitted.names, NEARLY) and gain < SHARE * (shorter.chi2 - 1)
+        return fitted.chi2 > enough(fitted.names, EXPLAINED) and gain < LEAST * fitted.chi2
 
     def _named(self, fitted: Fitted, name: str) -> Named:
         """The effect `name` of `fitted`, and the models with another one in its place, the best first."""
@@ -216,10 +241,12 @@ class Search:
 
     def _keep(self, found: list[Fitted]) -> None:
         for one in found:
-            finite = math.isfinite(one.chi2) and np.isfinite(one.jacobian).all()
-            if finite and all(effect.possible(self.rig) for effect in one.motor.effects):
-                self.visited[frozenset(one.names)] = one
-                self.evidence[frozenset(one.names)] = evidence(one, self.solver.piece)
+            names, finite = frozenset(one.names), math.isfinite(one.chi2) and np.isfinite(one.jacobian).all()
+            known = self.visited.get(names)
+            better = finite and (known is None or one.chi2 < (1 - COARSE) * known.chi2)
+            if better and all(effect.possible(self.rig) for effect in one.motor.effects):
+                self.visited[names] = one
+                self.evidence[names] = evidence(one, self.solver.piece)
 
     def _refined(self, fitted: Fitted) -> Fitted:
         fitted = self.solver.fit(fitted.motor, fitted.speeds, FINE)
@@ -228,7 +255,7 @@ class Search:
 
 def _leaders(base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: tuple[str, ...]) -> list[str]:
     """`most` effects by their scores, few of them alike, and `also` these."""
-    barred = {name for same in (*SAME, SHIFTS) for own in base.names if own in same for name in same}
+    barred = _barred(base.template)
     order = [name for name in sorted(ranked, key=lambda name: ranked[name][0].chi2) if name not in barred]
     chosen: list[str] = []
     for name in order:
@@ -237,6 +264,12 @@ def _leaders(base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: 
         if len(chosen) < most and len(kin.intersection(chosen)) < RELATED and not twice:
             chosen.append(name)
     return chosen + [name for name in also if name in order and name not in chosen]
+
+
+def _barred(motor: Motor) -> set[str]:
+    """Effects that cannot be in a motor with those of `motor`."""
+    own = {effect.name for effect in motor.effects}
+    return {name for same in (*SAME, SHIFTS) if own.intersection(same) for name in same}
 
 
 def _price(name: str) -> float:
