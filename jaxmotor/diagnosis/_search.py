@@ -18,7 +18,7 @@ from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, late
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import EFFECTS, Rig, free_size, parameters
+from jaxmotor.motor.effects import EFFECTS, AbstractEffect, Rig, free_size, parameters
 
 FIRST, LATER = 7, 5
 """Candidates that are fitted beside the linear motor, and beside others."""
@@ -138,18 +138,7 @@ class Search:
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
         self._extend(self._without_each(fitted), LATER)
-        self._keep(side_by_side(functools.partial(self._fit, fitted), self._likewise(fitted)))
-
-    def _likewise(self, fitted: Fitted) -> list[Motor]:
-        """`fitted` with effects of `KIN` in the place of each other, of the same size."""
-        motors = []
-        for effect in fitted.motor.effects:
-            kin = next((names for names in KIN if effect.name in names), ())
-            size = max((abs(float(getattr(effect, name))) for name in parameters(effect)), default=0.0)
-            bare = without_effect(fitted.motor, effect.name)
-            others = [EFFECTS[name] for name in kin if name not in fitted.names and name not in _barred(bare)]
-            motors += [with_effect(bare, other.of(**dict.fromkeys(parameters(other), size))) for other in others]
-        return motors
+        self._keep(side_by_side(functools.partial(self._fit, fitted), _likewise(fitted, beside=False)))
 
     def _fit(self, near: Fitted, motor: Motor) -> Fitted:
         return self.solver.fit(motor, near.speeds, COARSE)
@@ -157,6 +146,7 @@ class Search:
     def _extend(self, bases: list[Fitted], most: int) -> None:
         """Fit each of `bases` with one of `most` candidates more."""
         tasks: dict[Names, tuple[Fitted, list[Candidate]]] = {}
+        shared: list[tuple[Fitted, Motor]] = []
         for base in bases:
             ranked = candidates(base, self._effect_columns(base))
             quiet = self.solver.noise_known and base.chi2 < NEARLY
@@ -170,9 +160,11 @@ class Search:
                 names = frozenset((*base.names, name))
                 if names not in self.tried and name in ranked:
                     tasks.setdefault(names, (base, ranked[name]))
+            if not quiet:
+                shared += [(base, motor) for motor in _likewise(base, beside=True)]
         self.tried.update(tasks)
         found = side_by_side(lambda task: self._best_of(*task), tasks.values())
-        self._keep(found)
+        self._keep(found + side_by_side(lambda task: self._fit(*task), shared))
         self._keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
 
     def _best_of(self, base: Fitted, starts: list[Candidate]) -> Fitted:
@@ -264,6 +256,25 @@ def _leaders(base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: 
         if len(chosen) < most and len(kin.intersection(chosen)) < RELATED and not twice:
             chosen.append(name)
     return chosen + [name for name in also if name in order and name not in chosen]
+
+
+def _likewise(fitted: Fitted, *, beside: bool) -> list[Motor]:
+    """`fitted` with effects of `KIN` in the place of each other, or `beside` each other, with half the size each."""
+    motors = []
+    for effect in fitted.motor.effects:
+        kin = next((names for names in KIN if effect.name in names), ())
+        size = max((abs(float(getattr(effect, name))) for name in parameters(effect)), default=0.0)
+        size = 0.5 * size if beside else size
+        bare = without_effect(fitted.motor, effect.name)
+        rest = with_effect(bare, _sized(type(effect), size)) if beside and kin else bare
+        others = [EFFECTS[name] for name in kin if name not in fitted.names and name not in _barred(rest)]
+        motors += [with_effect(rest, _sized(other, size)) for other in others]
+    return motors
+
+
+def _sized(effect: type[AbstractEffect], size: float) -> AbstractEffect:
+    """With one parameter."""
+    return effect.of(**dict.fromkeys(parameters(effect), size))
 
 
 def _barred(motor: Motor) -> set[str]:
