@@ -19,7 +19,7 @@ from jaxmotor._precision import in_float64, to_jax
 from jaxmotor.control._hardware import Hardware
 from jaxmotor.control._loops import CountedPositionLoop, CountedSpeedLoop
 from jaxmotor.estimate import Model
-from jaxmotor.motor import Motor, Rows, simulate_motor, steps_for
+from jaxmotor.motor import Begin, Motor, Rows, simulate_motor, steps_for
 from jaxmotor.motor.effects import TransportDelay
 from jaxmotor.validation import Band, Interval, draw_motors
 
@@ -125,9 +125,10 @@ def run_loop(model: Model, loop: Loop, hardware: Hardware, reference: float, tic
     motors = draw_motors(model, runs, key)
     begins = jax.random.uniform(start, (runs,)).at[0].set(0.5)
     steps = jnp.asarray(steps_for(hardware.period_s, float(model.motor.pole)), jnp.int32)
-    period, supply, asked = (jnp.asarray(number) for number in (hardware.period_s, hardware.supply_V, reference))
+    values = (hardware.count_rad, hardware.period_s, hardware.supply_V, reference)
+    count, period, supply, asked = (jnp.asarray(number) for number in values)
     late = jnp.asarray(hardware.delay_s) if hardware.delay_s else None
-    turn, volts = _run(motors, to_jax(loop), begins, late, jnp.zeros(size), period, supply, asked, steps)
+    turn, volts = _run(motors, to_jax(loop), begins, count, late, jnp.zeros(size), period, supply, asked, steps)
     return Runs(np.asarray(turn)[:, :ticks], np.asarray(volts)[:, :ticks], np.asarray(begins))
 
 
@@ -136,6 +137,7 @@ def _run(
     motors: Motor,
     loop: Loop,
     begins: Float[Array, " m"],
+    count_rad: Float[Array, ""],
     late: Float[Array, ""] | None,
     zeros: Float[Array, " n"],
     period: Float[Array, ""],
@@ -149,9 +151,9 @@ def _run(
 
     def one(motor: Motor, begin: Float[Array, ""]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         effects = motor.effects if late is None else (*motor.effects, TransportDelay(late))
-        begun = eqx.tree_at(lambda tree: tree.bridge.begin_counts, loop, begin)
         motor = Motor(motor.linear, effects, motor.viscous_share)
-        run = simulate_motor(motor, rows, period, supply, steps, controller=begun)
+        place = Begin(jnp.zeros_like(begin), begin)
+        run = simulate_motor(motor, rows, period, supply, steps, loop, count_rad, begin=place)
         return run.seen_turn, run.volts
 
     return jax.vmap(one)(motors, begins)
