@@ -21,7 +21,7 @@ from jaxmotor.control._loops import CountedPositionLoop, CountedSpeedLoop
 from jaxmotor.estimate import Model
 from jaxmotor.motor import Begin, Motor, Rows, simulate_motor, steps_for
 from jaxmotor.motor.effects import TransportDelay
-from jaxmotor.validation import Band, Interval, draw_motors
+from jaxmotor.validation import Band, Interval, draw_motors, limits
 
 Loop = CountedSpeedLoop | CountedPositionLoop
 RUNS = 128
@@ -78,8 +78,8 @@ def predict_step(
     saturated = 100 * (np.abs(run.volts) >= hardware.supply_V - 0.5 * hardware.step_V).mean(axis=1)
     return Prediction(
         np.arange(ticks) * hardware.period_s,
-        _band(shown),
-        _band(run.volts),
+        Band.of(shown),
+        Band.of(run.volts),
         _interval(measured[:, 0], 100 * one_count / 3 / abs(steady)),
         _interval(measured[:, 1], one_count if angles else one_count / max(1, int(TAIL * ticks))),
         _interval(saturated),
@@ -159,17 +159,7 @@ def _run(
     return jax.vmap(one)(motors, begins)
 
 
-def _band(runs: np.ndarray) -> Band:
-    low, high = _limits(runs)
-    return Band(runs.mean(axis=0), low, high)
-
-
 def _interval(values: np.ndarray, step: float = 0.0) -> Interval:
     """Mean and limits; what is measured in steps of `step` has limits rounded outwards by half of one."""
-    low, high = _limits(values)
+    low, high = limits(values)
     return Interval(float(values.mean()), float(low) - step / 2, float(high) + step / 2)
-
-
-def _limits(runs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    low, high = np.quantile(runs, [0.025, 0.975], axis=0, method="weibull")
-    return np.asarray(low), np.asarray(high)

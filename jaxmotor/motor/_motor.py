@@ -327,7 +327,7 @@ def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) ->
     part = jnp.minimum(ticks - whole, 1.0)
     first = jnp.clip(jnp.ceil(part * steps.astype(part.dtype)).astype(steps.dtype), 1, steps)
     numbers = jnp.stack([first, steps + 1 - first]).astype(part.dtype)
-    both = jax.vmap(over)(jnp.stack([part, 1 - part]) * duration / numbers)
+    both = jax.vmap(over)(jnp.stack([part * duration, (1 - part) * duration]) / numbers)
     old, new = (jax.tree.map(operator.itemgetter(k), both) for k in (0, 1))
     return _Spans(old, new, first, steps + 1, whole.astype(steps.dtype))
 

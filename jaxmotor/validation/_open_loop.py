@@ -1,14 +1,11 @@
 """Open loop: the model simulated freely under the voltage that was logged."""
 
-import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor.estimate import Model, Trace, chi2_per_sample, fit_percent, traces_of
-from jaxmotor.prediction import Packed, as_problem, pack, pieces_of, without_beginnings
+from jaxmotor.prediction import Packed, pack, pieces_of, without_beginnings
 from jaxmotor.recording import Recording
-from jaxmotor.validation._draws import psi_of
-from jaxmotor.validation._effects_open import follow_with_effects
-from jaxmotor.validation._follow import follow
+from jaxmotor.validation._free_simulation import simulate_model
 from jaxmotor.validation._timed import is_timed
 from jaxmotor.validation._validation import OpenLoop, Score
 
@@ -22,7 +19,7 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     packed = pack(recording, segments, rest_before=is_timed(model))
     if model.effects:
         packed = without_beginnings(recording, packed)
-    _, residual = followed(model, recording, packed)
+    _, residual = simulate_model(model, recording, packed)
     scored = np.unique(packed.segment_of[packed.lanes.valid])
     free = packed.segment_of[packed.lanes.free > 0]
     traces = traces_of(packed, residual)
@@ -46,16 +43,8 @@ def pooled_score(recording: Recording, packed: Packed, residual: np.ndarray, tra
 def initial_speed(model: Model, recording: Recording, segment: int) -> float:
     """Speed [rad/s] at the first row of `segment` that fits its first piece best under the logged voltage."""
     packed = pack(recording, (segment,))
-    speeds, _ = followed(model, recording, packed)
+    speeds, _ = simulate_model(model, recording, packed)
     return float(speeds[0])
-
-
-def followed(model: Model, recording: Recording, packed: Packed) -> tuple[np.ndarray, np.ndarray]:
-    """Initial speed of each piece (k,) [rad/s], and measured minus simulated (lane, row) [units]."""
-    if model.effects:
-        return follow_with_effects(model, recording, packed)
-    speeds, off = follow(as_problem(packed), jnp.asarray(psi_of(model)))
-    return np.asarray(speeds), np.asarray(off)
 
 
 def has_pieces(recording: Recording, segment: int) -> bool:

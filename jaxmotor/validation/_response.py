@@ -8,6 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxmotor.prediction import bucket
+
 LOW, HIGH = 0.1, 0.9
 """Shares of the change between which the rise time is taken."""
 TAIL = 0.25
@@ -78,6 +80,23 @@ def measure(curves: np.ndarray, rows: Rows) -> Measures:
     half = _smoothing(float(first.rise_time[0]), rows)
     every = _responses(blocks, rows, jnp.asarray(half))
     return Measures(*(np.asarray(values)[: len(curves)] for values in every))
+
+
+def measure_runs(
+    measured: np.ndarray, runs: np.ndarray, time: np.ndarray, initial: float
+) -> tuple[Measures, Measures, Measures]:
+    """Of a `measured` speed (n,), of the first of `runs` (run, n), which has no noise, and of the others [rad/s].
+
+    `time` (n,) is that of all rows [s], `initial` the speed before them [rad/s].
+    """
+    number, size = len(time), bucket(len(time))
+    curves = np.zeros((len(runs) + 1, size))
+    curves[:-1, :number], curves[-1, :number] = runs, measured
+    period, used = float(time[1] - time[0]), np.arange(size) < number
+    rows = Rows(*map(jnp.asarray, (np.arange(size) * period, used, tail_of(used), period, float(initial))))
+    # Drawn motors may diverge.
+    every = measure(np.nan_to_num(curves, nan=0.0, posinf=0.0, neginf=0.0), rows)
+    return every.of(slice(-1, None)), every.of(slice(0, 1)), every.of(slice(1, -1))
 
 
 def _smooth(curve: Float[Array, " n"], used: Bool[Array, " n"], half: Int[Array, ""]) -> Float[Array, " n"]:
