@@ -6,18 +6,19 @@ by the board's law (`SpeedLaw`), with its counts, duties and limit.
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor._precision import in_float64, to_jax
+from jaxmotor._precision import in_float64
 from jaxmotor.bench import Plan, experiment_volts
 from jaxmotor.control._hardware import Hardware
+from jaxmotor.control._run import run_on
 from jaxmotor.estimate import Model
-from jaxmotor.motor import AbstractController, Begin, Motor, Rows, SpeedLaw, command, simulate_motor, steps_for
-from jaxmotor.motor.effects import TransportDelay
+from jaxmotor.motor import AbstractController, SpeedLaw, command
+from jaxmotor.prediction import bucket
 from jaxmotor.recording import Recording, Segment
 
 Scalar = Float[Array, ""]
@@ -69,9 +70,8 @@ def simulate_plan(model: Model, plan: Plan, hardware: Hardware, *, seed: int = 0
         raise JaxmotorError(f"{plan.name}: its period of {plan.period_ms} ms is not the rig's {hardware.period_s:g} s")
     parts, asked, loops = _script(plan, hardware)
     begin = np.random.default_rng(seed).uniform()
-    turn, volts = _simulated(model, hardware, asked, loops, begin)
-    exact = begin + np.concatenate([[0.0], turn.cumsum()[:-1]]) / hardware.count_rad
-    count = np.floor(exact).astype(np.int64)
+    counts, volts = _simulated(model, hardware, asked, loops, begin)
+    count = counts.astype(np.int64)
     duty = np.rint(volts / hardware.step_V).astype(np.int64)
     return Recording(
         tuple(_segment(plan, hardware, part, duty, count) for part in parts),
@@ -116,39 +116,14 @@ def _script(plan: Plan, hardware: Hardware) -> tuple[list[_Part], np.ndarray, np
 def _simulated(
     model: Model, hardware: Hardware, asked: np.ndarray, loops: np.ndarray, begin: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) angle turned from each row to the next, as the encoder sees it [rad], and (n,) voltage set [V]."""
-    size = -(-len(asked) // 1024) * 1024  # whole blocks, so that few shapes are compiled
-    loops, asked = (np.concatenate([x, np.zeros((*x.shape[:-1], size - x.shape[-1]))], axis=-1) for x in (loops, asked))
-    motor = to_jax(model.whole)
-    if hardware.delay_s:
-        late = TransportDelay.of(delay_s=hardware.delay_s)
-        motor = Motor(motor.linear, (*motor.effects, late), motor.viscous_share)
-    gain, integral_gain, loop, first = map(jnp.asarray, loops)
+    """(n,) count at each row, and (n,) voltage set [V]."""
+    size = bucket(len(asked))
+    padded = np.concatenate([loops, np.zeros((4, size - len(asked)))], axis=1)
+    gain, integral_gain, loop, first = map(jnp.asarray, padded)
     law = SpeedLaw.of(0.0, 0.0, hardware.supply_V, hardware.step_V)._replace(gain=gain, integral_gain=integral_gain)
-    script = _Script(law, loop, first)
-    encoder = jnp.asarray(hardware.count_rad), Begin(jnp.asarray(0.0), jnp.asarray(begin))
-    steps = jnp.asarray(steps_for(hardware.period_s, float(model.motor.pole)), jnp.int32)
-    period, supply = jnp.asarray(hardware.period_s), jnp.asarray(hardware.supply_V)
-    turn, volts = _run(motor, script, encoder, jnp.asarray(asked), period, supply, steps)
-    return np.asarray(turn), np.asarray(volts)
-
-
-@eqx.filter_jit
-def _run(
-    motor: Motor,
-    script: _Script,
-    encoder: tuple[Scalar, Begin],
-    asked: Float[Array, " n"],
-    period: Scalar,
-    supply: Scalar,
-    steps: Int[Array, ""],
-) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    zeros = jnp.zeros_like(asked)
-    time = jnp.arange(asked.shape[0], dtype=asked.dtype) * period
-    rows = Rows(asked, zeros.astype(bool).at[0].set(True), zeros, time)
-    count_rad, begin = encoder
-    run = simulate_motor(motor, rows, period, supply, steps, script, count_rad, begin=begin)
-    return run.seen_turn, run.volts
+    motors = jax.tree.map(lambda leaf: leaf[None], model.whole)
+    counts, volts = run_on(hardware, motors, _Script(law, loop, first), asked, np.array([begin]))
+    return counts[0], volts[0]
 
 
 def _segment(plan: Plan, hardware: Hardware, part: _Part, duty: np.ndarray, count: np.ndarray) -> Segment:

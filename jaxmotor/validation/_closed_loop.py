@@ -13,7 +13,7 @@ from jaxmotor.recording import Recording
 from jaxmotor.validation._controller import Controller, Logged, compare_with_log, on_ticks
 from jaxmotor.validation._drawn_motors import draw_motors
 from jaxmotor.validation._free_simulation import is_heated, whole_log
-from jaxmotor.validation._loops import simulate_loops
+from jaxmotor.validation._loops import run_loops
 from jaxmotor.validation._open_loop import initial_speed
 from jaxmotor.validation._response import Measures, measure_runs, tail_of
 from jaxmotor.validation._validation import Band, ClosedLoop, Comparison, Interval
@@ -45,7 +45,7 @@ def validate_closed_loop(
     time = np.arange(len(logged.speed)) * recording.period_s
     motors, encoders = jax.random.split(key)
     number = simulations + 1
-    found = simulate_loops(
+    found = run_loops(
         draw_motors(model, number, motors),
         recording,
         index,

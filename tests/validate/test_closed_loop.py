@@ -10,7 +10,7 @@ from rigs import COUNTS, FINE, FULL, PERIOD, SUPPLY, Rig, closed_loop, model, op
 from jaxmotor._precision import to_jax
 from jaxmotor.validation import to_json, validate
 from jaxmotor.validation._controller import Controller
-from jaxmotor.validation._loops import simulate_loops
+from jaxmotor.validation._loops import run_loops
 
 COUNT = 2 * np.pi / (COUNTS * PERIOD)
 DUTY = SUPPLY / FULL
@@ -31,7 +31,7 @@ def test_the_loop_is_that_of_a_fine_integration(x64, values, gain, integral_gain
     controller = Controller(37.7, gain, integral_gain, SUPPLY, DUTY)
     motors = jax.tree.map(lambda leaf: to_jax(leaf[None]), model(*values, offset_V=offset_V).whole)
     begin, exact = np.array([0.37]), np.zeros(1, bool)
-    run = simulate_loops(motors, recording(segment), 0, controller, 1.0, 150, reading=begin, ideal=exact)
+    run = run_loops(motors, recording(segment), 0, controller, 1.0, 150, reading=begin, ideal=exact)
     np.testing.assert_array_equal(np.rint(run["volts"][0] / DUTY), segment.duty)
     np.testing.assert_array_equal(np.rint(run["seen"][0][1:] / COUNT), np.diff(segment.count))
     assert np.abs(segment.duty).max() == FULL or integral_gain
