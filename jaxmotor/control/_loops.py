@@ -1,6 +1,6 @@
 """The designed loops as controllers of `simulate_motor`: rounded duties, saturation, compensation.
 
-They want the rig's `count_rad`; where within a count the shaft begins can be drawn (`Begin`).
+They expect readings in whole counts, as `simulate_motor` gives them with the rig's `count_rad`.
 """
 
 import jax.numpy as jnp

@@ -7,7 +7,7 @@ import numpy as np
 from jaxmotor.control._hardware import Hardware
 from jaxmotor.motor import AbstractController, Motor, steps_for
 from jaxmotor.motor.effects import TransportDelay
-from jaxmotor.prediction import Sensors, Start, each, simulate_loops
+from jaxmotor.prediction import Conditions, Sensors, each, simulate_loops
 
 
 def run_on(
@@ -23,7 +23,7 @@ def run_on(
         motors = eqx.tree_at(lambda motor: motor.effects, motors, (*motors.effects, late))
     sensors = Sensors(reading, np.full(number, hardware.count_rad), np.zeros(number, bool))
     steps = steps_for(hardware.period_s, float(np.asarray(motors.linear.pole)[0]))
-    start = Start(hardware.period_s, steps, hardware.supply_V)
-    runs = simulate_loops(motors, each(controller, number), sensors, reference, start)
+    conditions = Conditions(hardware.period_s, steps, hardware.supply_V)
+    runs = simulate_loops(motors, each(controller, number), sensors, reference, conditions)
     counts = np.rint(runs["seen"] * (hardware.period_s / hardware.count_rad))
     return counts.cumsum(axis=1), runs["volts"]

@@ -16,7 +16,7 @@ from jaxmotor.validation import LoopOfMotors, controller_of, loop_of_motors
 MOST = 4
 """Loops that are run."""
 MOTORS = 64
-"""As likely as the fitted one."""
+"""The fitted one, and draws from its covariance."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ def _refitted(solver: Solver, fitted: Fitted) -> Fitted:
 
 
 def _drawn(fitted: Fitted, study: Study, solver: Solver, seed: int) -> Motor:
-    """A batch: the fitted motor, then others as likely as it."""
+    """A batch: the fitted motor, then draws from its covariance."""
     block = np.asarray(study.packed.lanes.cluster).reshape(-1)[solver.cells]
     spread = covariance(fitted, block)
     layout = fitted.layout

@@ -6,7 +6,7 @@ from jaxmotor.motor._linear import Hold as Hold
 from jaxmotor.motor._linear import SecondOrder as SecondOrder
 from jaxmotor.motor._linear import linear_motor as linear_motor
 from jaxmotor.motor._motor import AbstractController as AbstractController
-from jaxmotor.motor._motor import Begin as Begin
+from jaxmotor.motor._motor import InitialAngle as InitialAngle
 from jaxmotor.motor._motor import Motor as Motor
 from jaxmotor.motor._motor import Rows as Rows
 from jaxmotor.motor._motor import Run as Run

@@ -95,7 +95,7 @@ class SpeedLoop(AbstractController):
         return command(self.law, reference - turned / duration, memory, duration)
 
 
-class Begin(NamedTuple):
+class InitialAngle(NamedTuple):
     """Where the shaft stands before the first row."""
 
     angle: Float[Array, ""]
@@ -194,7 +194,7 @@ class _Setup(NamedTuple):
     supply: Scalar
     controller: AbstractController | None
     count_rad: Scalar | None
-    at_tick: Bool[Array, ""] | None
+    instantaneous: Bool[Array, ""] | None
 
     @property
     def back(self) -> Scalar:
@@ -222,9 +222,9 @@ def simulate_motor(
     controller: AbstractController | None = None,
     count_rad: Float[Array, ""] | None = None,
     used: Int[Array, ""] | None = None,
-    begin: Begin | None = None,
+    begin: InitialAngle | None = None,
     lengths: Float[Array, " 2"] | None = None,
-    at_tick: Bool[Array, ""] | None = None,
+    instantaneous: Bool[Array, ""] | None = None,
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
@@ -232,18 +232,18 @@ def simulate_motor(
     is k motors in the same lanes, and results are (n, k, lane). A controller has one lane and one motor.
 
     `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
-    that is rounded to counts of `count_rad` [rad] where this is given and not 0; with `at_tick` around the speed that a
-    sensor shows at the tick, not the mean over the tick before. Rows from `used` on are not simulated. Without `begin`
-    the shaft stands at 0, in the middle of a count. `lengths` are a typical `duration` and the longest [s]:
-    given them, many rows of durations of their own are interpolated, to parts in 1e9, instead of computed one by one;
-    a row that is longer still is taken to be that long.
+    that is rounded to counts of `count_rad` [rad] where this is given and not 0; or, where `instantaneous`, around the
+    speed that a sensor shows at the tick. Rows from `used` on are not simulated. Without `begin` the shaft stands at 0,
+    in the middle of a count. `lengths` are a typical `duration` and the longest [s]: given them, many rows of durations
+    of their own are interpolated, to parts in 1e9, instead of computed one by one; a row that is longer still is taken
+    to be that long.
 
     **Raises:** `ValueError` where voltages may be early and a `controller`, which does not know them yet, chooses them.
     """
     shape = jnp.broadcast_shapes(*(jnp.shape(leaf) for leaf in jax.tree.leaves((motor, rows.initial_speed[0]))))
     motor = jax.tree.map(lambda leaf: jnp.reshape(leaf, (1,) * (len(shape) - jnp.ndim(leaf)) + jnp.shape(leaf)), motor)
     setup = _Setup(
-        motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad, at_tick
+        motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad, instantaneous
     )
     if controller is not None and setup.parts.early:
         raise ValueError("a controller cannot choose voltages that act before they are chosen")
@@ -332,7 +332,7 @@ def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) ->
     return _Spans(old, new, first, steps + 1, whole.astype(steps.dtype))
 
 
-def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: Begin | None) -> _Carry:
+def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: InitialAngle | None) -> _Carry:
     zero = jnp.zeros(shape, volts.dtype)
     angle, reading = (zero, zero + 0.5) if begin is None else begin
     memory = tuple(zero for _ in setup.parts.memories)
@@ -376,10 +376,10 @@ def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carr
 
 def _reading(setup: _Setup, carry: _Carry, duration: Scalar) -> Scalar:
     """What the controller takes to have been turned in the last tick [rad]."""
-    if setup.at_tick is None:
+    if setup.instantaneous is None:
         return carry.read
     shown = shown_speed(setup.parts, carry.x[0], carry.memory, setup.supply)
-    return jnp.where(setup.at_tick, shown * duration, carry.read)
+    return jnp.where(setup.instantaneous, shown * duration, carry.read)
 
 
 def _ago(past: Float[Array, "k *lanes"], ticks: Int[Array, "..."]) -> Scalar:

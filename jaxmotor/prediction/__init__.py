@@ -3,8 +3,8 @@
 from jaxmotor.prediction._autoregression import autoregression as autoregression
 from jaxmotor.prediction._autoregression import k_steps as k_steps
 from jaxmotor.prediction._autoregression import one_step as one_step
+from jaxmotor.prediction._closed_loop import Conditions as Conditions
 from jaxmotor.prediction._closed_loop import Sensors as Sensors
-from jaxmotor.prediction._closed_loop import Start as Start
 from jaxmotor.prediction._closed_loop import each as each
 from jaxmotor.prediction._closed_loop import simulate_loops as simulate_loops
 from jaxmotor.prediction._effects import predicted_readings as predicted_readings

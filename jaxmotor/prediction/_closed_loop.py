@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor._precision import to_jax
 from jaxmotor._programs import Arrays, program
-from jaxmotor.motor import AbstractController, Begin, Motor, Rows, simulate_motor
+from jaxmotor.motor import AbstractController, InitialAngle, Motor, Rows, simulate_motor
 from jaxmotor.prediction._packing import bucket
 
 
@@ -24,8 +24,8 @@ class Sensors(NamedTuple):
     """The speed at the tick is seen, not the mean over the tick before."""
 
 
-class Start(NamedTuple):
-    """Where and how a run starts: plain numbers, or arrays of them."""
+class Conditions(NamedTuple):
+    """What the runs share, their initial condition included: plain numbers, or arrays of them."""
 
     period_s: Any
     steps: Any
@@ -45,22 +45,22 @@ def loops_program(
     sensors: Sensors,
     reference: Float[Array, " n"],
     used: Int[Array, ""],
-    start: Start,
+    conditions: Conditions,
 ) -> Arrays:
     """`simulate_loops` for a padded `reference`, of which `used` rows count."""
     ticks = jnp.arange(reference.shape[0])
-    first, period = ticks == 0, start.period_s
-    initial, warmth = (jnp.where(first, value, 0.0) for value in (start.speed_rad_s, start.warmth))
+    first, period = ticks == 0, conditions.period_s
+    initial, warmth = (jnp.where(first, value, 0.0) for value in (conditions.speed_rad_s, conditions.warmth))
     rows = Rows(reference, first, initial, ticks.astype(reference.dtype) * period, warmth=warmth)
 
     def run(motor: Motor, controller: AbstractController, sensor: Sensors) -> tuple[Float[Array, " n"], ...]:
-        begin, count_rad = Begin(start.angle_rad, sensor.reading), sensor.count_rad
+        begin, count_rad = InitialAngle(conditions.angle_rad, sensor.reading), sensor.count_rad
         done = simulate_motor(
-            *(motor, rows, period, start.supply_V, start.steps, controller, count_rad, used, begin),
-            at_tick=sensor.instantaneous,
+            *(motor, rows, period, conditions.supply_V, conditions.steps, controller, count_rad, used, begin),
+            instantaneous=sensor.instantaneous,
         )
         # From the tick before the first one on.
-        before = jnp.stack([-start.speed_rad_s * period, jnp.zeros_like(period)])
+        before = jnp.stack([-conditions.speed_rad_s * period, jnp.zeros_like(period)])
         angle = jnp.concatenate([before, jnp.cumsum(done.seen_turn)[:-1]])
         count = jnp.where(count_rad > 0, count_rad, 1.0)
         counted = jnp.where(count_rad > 0, jnp.floor(sensor.reading + angle / count) * count, angle)
@@ -72,9 +72,9 @@ def loops_program(
 
 
 def simulate_loops(
-    motors: Motor, controllers: AbstractController, sensors: Sensors, reference: np.ndarray, start: Start
+    motors: Motor, controllers: AbstractController, sensors: Sensors, reference: np.ndarray, conditions: Conditions
 ) -> dict[str, np.ndarray]:
-    """Runs of a batch of `motors` from the same `start`, each under one of as many `controllers`.
+    """Runs of a batch of `motors` from the same `conditions`, each under one of as many `controllers`.
 
     `reference` (n,) is what these are asked for at each tick. Returns (batch, n): the speed that the controller sees
     (`seen`), the same without counts (`exact`) [rad/s], and what it applies (`volts`) [V]. At each tick the count is
@@ -82,7 +82,7 @@ def simulate_loops(
     """
     number = len(reference)
     padded = np.concatenate([reference, np.zeros(bucket(number) - number)])
-    numbers = start._replace(steps=np.int32(start.steps))
+    numbers = conditions._replace(steps=np.int32(conditions.steps))
     runs = loops_program(*to_jax((motors, controllers, sensors, padded, np.int32(number), numbers)))
     return {name: np.asarray(values)[:, :number] for name, values in runs.items()}
 

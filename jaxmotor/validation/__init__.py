@@ -5,7 +5,7 @@ from jaxmotor.validation._drawn_motors import draw_motors as draw_motors
 from jaxmotor.validation._json import to_json as to_json
 from jaxmotor.validation._loops import LoopOfMotors as LoopOfMotors
 from jaxmotor.validation._loops import loop_of_motors as loop_of_motors
-from jaxmotor.validation._open_loop import pooled_score as pooled_score
+from jaxmotor.validation._open_loop import score_of as score_of
 from jaxmotor.validation._open_loop import score_open_loop as score_open_loop
 from jaxmotor.validation._validate import validate as validate
 from jaxmotor.validation._validation import Band as Band

@@ -1,7 +1,5 @@
 """Closed loop: a speed controller run on the model, against its run on the motor (Fig. 11 and 12, eq. 21)."""
 
-from typing import NamedTuple
-
 import jax
 import numpy as np
 
@@ -15,22 +13,13 @@ from jaxmotor.validation._drawn_motors import draw_motors
 from jaxmotor.validation._free_simulation import is_heated, whole_log
 from jaxmotor.validation._loops import run_loops
 from jaxmotor.validation._open_loop import initial_speed
-from jaxmotor.validation._response import Measures, measure_runs, tail_of
+from jaxmotor.validation._response import Response, measure_runs, tail_of
 from jaxmotor.validation._validation import Band, ClosedLoop, Comparison, Interval
 
 OFF_PERCENT = 5.0
 """Share of ticks from which the header's controller is said not to be the one that ran [%]."""
 SETTLED = 0.02
 """Share of the change by which the ideal run may still move over the last quarter."""
-
-
-class Runs(NamedTuple):
-    """Simulated runs (1 + simulation, n), the ideal one of the model itself first."""
-
-    speed: np.ndarray
-    """As the controller saw it [rad/s]."""
-    volts: np.ndarray
-    """[V]"""
 
 
 def validate_closed_loop(
@@ -45,7 +34,7 @@ def validate_closed_loop(
     time = np.arange(len(logged.speed)) * recording.period_s
     motors, encoders = jax.random.split(key)
     number = simulations + 1
-    found = run_loops(
+    runs = run_loops(
         draw_motors(model, number, motors),
         recording,
         index,
@@ -57,9 +46,8 @@ def validate_closed_loop(
         speed_rad_s=initial,
         warmth=_initial_warmth(model, recording, index),
     )
-    runs = Runs(found["seen"], found["volts"])
-    speed, volts = runs.speed[1:], runs.volts[1:]
-    own, first, predicted = measure_runs(logged.speed, runs.speed, time, initial)
+    speed, volts = runs["seen"][1:], runs["volts"][1:]
+    own, first, predicted = measure_runs(logged.speed, runs["seen"], time, initial)
     saturated = _saturated(volts, controller)
     speed_band, volts_band = Band.of(speed), Band.of(volts)
     applied = np.isfinite(logged.volts)
@@ -142,8 +130,8 @@ def _notes(
     controller: Controller,
     logged: Logged,
     off: float,
-    runs: Runs,
-    ideal: Measures,
+    runs: dict[str, np.ndarray],
+    ideal: Response,
 ) -> tuple[str, ...]:
     notes = []
     where = f"segment {index}"
@@ -169,14 +157,16 @@ def _notes(
     return (*notes, *_steady_notes(where, controller, runs, ideal, logged.speed[0]))
 
 
-def _steady_notes(where: str, controller: Controller, runs: Runs, ideal: Measures, begins_at: float) -> list[str]:
+def _steady_notes(
+    where: str, controller: Controller, runs: dict[str, np.ndarray], ideal: Response, initial: float
+) -> list[str]:
     """Where eq. 21 does not apply."""
-    tail = tail_of(np.ones(runs.speed.shape[1], bool))
-    last, volts = runs.speed[0][tail], runs.volts[0][tail]
+    tail = tail_of(np.ones(runs["seen"].shape[1], bool))
+    last, volts = runs["seen"][0][tail], runs["volts"][0][tail]
     notes = []
     if np.abs(volts).mean() > 0.999 * controller.limit_V:
         notes.append(f"{where}: the reference is beyond what the supply can do; eq. 21 does not hold at the limit")
-    if np.ptp(last) > SETTLED * abs(float(ideal.final[0]) - begins_at) + 1e-9:
+    if np.ptp(last) > SETTLED * abs(float(ideal.final[0]) - initial) + 1e-9:
         notes.append(
             f"{where}: the model has not settled when the segment ends; the steady state is the mean over its last "
             "quarter"

@@ -3,10 +3,11 @@
 import dataclasses
 import math
 
+import equinox as eqx
 import jax
 import numpy as np
 
-from jaxmotor._precision import to_jax, to_numpy
+from jaxmotor._precision import to_jax
 from jaxmotor.estimate import Model
 from jaxmotor.motor.effects import parameters
 from jaxmotor.prediction import Log, pack, shaft_angles
@@ -51,9 +52,7 @@ def _turned(model: Model, place: int, width: float, log: Log) -> Model:
 
 
 def _phased(model: Model, place: int, phase: float) -> Model:
-    effect = model.effects[place]
-    values = {name: float(getattr(effect, name)) for name in parameters(effect)} | {"phase_rad": phase}
-    turned = to_numpy(type(effect).of(**values))
+    turned = eqx.tree_at(lambda effect: effect.phase_rad, model.effects[place], np.asarray(phase))
     effects = tuple(turned if k == place else one for k, one in enumerate(model.effects))
     return dataclasses.replace(model, effects=effects)
 

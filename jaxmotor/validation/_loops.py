@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from jaxmotor.motor import Motor, SpeedLoop
-from jaxmotor.prediction import Sensors, Start, each, shaft_angles, simulate_loops, steps_per_row, supply_of
+from jaxmotor.prediction import Conditions, Sensors, each, shaft_angles, simulate_loops, steps_per_row, supply_of
 from jaxmotor.recording import Recording
 from jaxmotor.validation._controller import Controller, Logged, agreeing_ticks, compare_with_log, on_ticks
 from jaxmotor.validation._response import measure_runs
@@ -65,7 +65,7 @@ def run_loops(
         SpeedLoop(law),
         Sensors(reading, count_rad, instantaneous & (count_rad == 0)),
         np.full(ticks, controller.reference_rad_s),
-        Start(period, steps, supply_of(recording), speed_rad_s, angle, warmth),
+        Conditions(period, steps, supply_of(recording), speed_rad_s, angle, warmth),
     )
 
 

@@ -24,20 +24,15 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     free = packed.segment_of[packed.lanes.free > 0]
     traces = traces_of(packed, residual)
     return OpenLoop(
-        pooled=_score(recording, packed, residual, None, traces),
+        pooled=score_of(recording, packed, residual, traces),
         segments={
-            int(index): _score(recording, packed, residual, int(index), (trace,))
+            int(index): score_of(recording, packed, residual, (trace,), int(index))
             for index, trace in zip(scored, traces, strict=True)
         },
         initial_speed_estimated=tuple(int(index) for index in np.unique(free)),
         floor_known=packed.observation.floor_known,
         traces=traces,
     )
-
-
-def pooled_score(recording: Recording, packed: Packed, residual: np.ndarray, traces: tuple[Trace, ...]) -> Score:
-    """Of all rows of `packed`; `residual` (lane, row) is measured minus simulated [units]."""
-    return _score(recording, packed, residual, None, traces)
 
 
 def initial_speed(model: Model, recording: Recording, segment: int) -> float:
@@ -52,9 +47,10 @@ def has_pieces(recording: Recording, segment: int) -> bool:
     return bool(pieces_of(recording, segment)) and bool(pack(recording, (segment,)).lanes.valid.any())
 
 
-def _score(
-    recording: Recording, packed: Packed, residual: np.ndarray, segment: int | None, traces: tuple[Trace, ...]
+def score_of(
+    recording: Recording, packed: Packed, residual: np.ndarray, traces: tuple[Trace, ...], segment: int | None = None
 ) -> Score:
+    """Of all rows of `packed`, or of one segment's; `residual` (lane, row) is measured minus simulated [units]."""
     cells = packed.lanes.valid if segment is None else packed.lanes.valid & (packed.segment_of == segment)
     square = float((residual[cells] ** 2).mean())
     off = np.concatenate([trace.measured_rad_s - trace.simulated_rad_s for trace in traces])

@@ -1,6 +1,6 @@
 """Rise time, overshoot and final speed of one response, from noise-free, averaged or counted speeds alike."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -32,14 +32,18 @@ class Rows(NamedTuple):
 
 
 class Response(NamedTuple):
-    """NaN where the speed does not change or does not get there."""
+    """Of one curve or many; NaN where the speed does not change or does not get there."""
 
-    rise_time: Float[Array, "*batch"]
+    rise_time: Float[Any, "*batch"]
     """[s]"""
-    overshoot: Float[Array, "*batch"]
+    overshoot: Float[Any, "*batch"]
     """Above the final speed [% of the change]."""
-    final: Float[Array, "*batch"]
+    final: Float[Any, "*batch"]
     """[rad/s]"""
+
+    def of(self, curves: slice) -> "Response":
+        """Of some of the curves."""
+        return Response(*(values[curves] for values in self))
 
 
 def response(curve: Float[Array, " n"], rows: Rows, half: Int[Array, ""]) -> Response:
@@ -57,20 +61,8 @@ def _responses(curves: Float[Array, "batch n"], rows: Rows, half: Int[Array, ""]
     return jax.vmap(response, (0, None, None))(curves, rows, half)
 
 
-class Measures(NamedTuple):
-    """`Response` of many curves as numpy arrays (curve,)."""
-
-    rise_time: np.ndarray
-    overshoot: np.ndarray
-    final: np.ndarray
-
-    def of(self, curves: slice) -> "Measures":
-        """Those of some of the curves."""
-        return Measures(*(values[curves] for values in self))
-
-
-def measure(curves: np.ndarray, rows: Rows) -> Measures:
-    """Rise time, overshoot and final speed of each of `curves` (curve, n) [rad/s].
+def measure(curves: np.ndarray, rows: Rows) -> Response:
+    """Rise time, overshoot and final speed of each of `curves` (curve, n) [rad/s], in numpy.
 
     All are smoothed over a quarter of the rise time of the first, which has no noise.
     """
@@ -79,12 +71,12 @@ def measure(curves: np.ndarray, rows: Rows) -> Measures:
     first = _responses(blocks, rows, jnp.asarray(0))
     half = _smoothing(float(first.rise_time[0]), rows)
     every = _responses(blocks, rows, jnp.asarray(half))
-    return Measures(*(np.asarray(values)[: len(curves)] for values in every))
+    return Response(*(np.asarray(values)[: len(curves)] for values in every))
 
 
 def measure_runs(
     measured: np.ndarray, runs: np.ndarray, time: np.ndarray, initial: float
-) -> tuple[Measures, Measures, Measures]:
+) -> tuple[Response, Response, Response]:
     """Of a `measured` speed (n,), of the first of `runs` (run, n), which has no noise, and of the others [rad/s].
 
     `time` (n,) is that of all rows [s], `initial` the speed before them [rad/s].

@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxmotor.estimate import Model, student_t
 from jaxmotor.recording import Recording, Segment
-from jaxmotor.validation._response import Measures, Rows, measure, tail_of
+from jaxmotor.validation._response import Response, Rows, measure, tail_of
 from jaxmotor.validation._timed import is_timed
 from jaxmotor.validation._trials import Trials, means_of_trials, trials_of
 from jaxmotor.validation._validation import Band, Comparison, Interval, StepTrials, limits
@@ -80,7 +80,7 @@ def _rows(trials: Trials, segment: Segment, present: np.ndarray, nominal: np.nda
     )
 
 
-def _responses(trials: Trials, rows: Rows, nominal: np.ndarray, encoded: np.ndarray) -> tuple[Measures, Measures]:
+def _responses(trials: Trials, rows: Rows, nominal: np.ndarray, encoded: np.ndarray) -> tuple[Response, Response]:
     """Of the measured mean (first the mean of all trials, then all but one), and of the simulated means."""
     number = len(trials.segments)
     kept = np.concatenate([np.ones((1, number)), 1 - np.eye(number)]) if number > 1 else np.ones((1, 1))
