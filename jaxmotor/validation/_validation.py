@@ -7,6 +7,15 @@ import numpy as np
 
 from jaxmotor.estimate import Model, Trace
 
+LIMITS = 0.025, 0.975
+"""Quantiles between which 95 % lie."""
+
+
+def limits(draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Limits (along axis 0) between which one more draw lies with 95 %, however few the draws are."""
+    low, high = np.quantile(draws, LIMITS, axis=0, method="weibull")
+    return np.asarray(low), np.asarray(high)
+
 
 class Interval(NamedTuple):
     """A value and its 95 % interval; NaN where there is none."""
@@ -14,6 +23,20 @@ class Interval(NamedTuple):
     value: float
     low: float
     high: float
+
+    @classmethod
+    def of(cls, draws: np.ndarray) -> "Interval":
+        """Mean and limits of the finite ones among `draws`; NaN where one in ten is not."""
+        finite = draws[np.isfinite(draws)]
+        if len(finite) < 0.9 * len(draws):
+            return cls(float("nan"), float("nan"), float("nan"))
+        low, high = limits(finite)
+        return cls(float(finite.mean()), float(low), float(high))
+
+    @classmethod
+    def alone(cls, value: float) -> "Interval":
+        """A value without an interval."""
+        return cls(float(value), float("nan"), float("nan"))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,6 +47,14 @@ class Comparison:
     """With the interval that the trials themselves give; NaN limits where there is one trial only."""
     predicted: Interval
     """Mean over the simulations, and where 95 of 100 of them lie."""
+
+    @classmethod
+    def of(cls, measured: float, draws: np.ndarray) -> "Comparison":
+        """Of one measured value and simulated ones; the limits belong to the interval, to rounding."""
+        predicted = Interval.of(draws)
+        slack = 1e-9 * abs(predicted.value)
+        widened = Interval(predicted.value, predicted.low - slack, predicted.high + slack)
+        return cls(Interval.alone(measured), widened)
 
     @property
     def inside(self) -> bool | None:
@@ -68,6 +99,11 @@ class Band:
     mean: np.ndarray
     low: np.ndarray
     high: np.ndarray
+
+    @classmethod
+    def of(cls, runs: np.ndarray) -> "Band":
+        """Of `runs` (run, n)."""
+        return cls(runs.mean(axis=0), *limits(runs))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
