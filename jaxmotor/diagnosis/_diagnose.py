@@ -18,7 +18,7 @@ from jaxmotor.diagnosis._loops import loop_gains
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
-from jaxmotor.diagnosis._score import scored
+from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
@@ -56,10 +56,11 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
     before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
     missing = _missing(study, linear.motor, before.traces)
     found_looks = looks(missing, seed)
-    found, held = _found(study, first, linear, found_looks)
-    after = scored(study.solver, found.fitted.motor, recording, study.packed, found.fitted.speeds)
-    left = _missing(study, found.fitted.motor, after.traces) if found.named else missing
-    left_looks = looks(left, seed) if found.named else found_looks
+    found = Search(study.solver, first, linear, rig_of(recording, study.trial)).run()
+    after, left, left_looks = _left(study, found, seed) if found.named else (before, missing, found_looks)
+    if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
+        found, after, left, left_looks = Found(linear, linear, ()), before, missing, found_looks
+    held = hold_out(study, found)
     verdict = _verdict(found, found_looks, left, left_looks)
     spread = with_average(covariance(found.fitted, study.block), fit)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
@@ -121,17 +122,18 @@ def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | N
         return best_guess(recording, str(refused)), refused
 
 
-def _found(study: Study, first: Motor, linear: Fitted, seen: tuple[Look, ...]) -> tuple[Found, HeldOut]:
-    """The effects, and what they are worth.
+def _left(study: Study, found: Found, seed: int) -> tuple[Scored, MissingVolts, tuple[Look, ...]]:
+    """What the effects leave."""
+    after = scored(study.solver, found.fitted.motor, study.recording, study.packed, found.fitted.speeds)
+    left = _missing(study, found.fitted.motor, after.traces)
+    return after, left, looks(left, seed)
 
-    Of counts none are sought where something outside the motor moves it, which several would seem to explain.
-    """
+
+def _from_outside(study: Study, found: Found, seen: tuple[Look, ...]) -> bool:
+    """By what is `seen` before and after, something outside moves the motor, which the effects only seem to explain."""
+    unexplained = found.fitted.chi2 > enough(found.fitted.names, EXPLAINED)
     outside = any(look.outside and look.share > OUTSIDE for look in seen)
-    if outside and study.packed.observation.floor_known:
-        found = Found(linear, linear, ())
-    else:
-        found = Search(study.solver, first, linear, rig_of(study.recording, study.trial)).run()
-    return found, hold_out(study, found)
+    return study.packed.observation.floor_known and unexplained and outside
 
 
 def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVolts:
