@@ -24,6 +24,12 @@ if TYPE_CHECKING:
     from jaxmotor.motor import FirstOrder as FirstOrder
     from jaxmotor.motor import Motor as Motor
     from jaxmotor.motor import SecondOrder as SecondOrder
+    from jaxmotor.present.exports import to_control as to_control
+    from jaxmotor.present.exports import to_export_json as to_export_json
+    from jaxmotor.present.exports import to_mujoco as to_mujoco
+    from jaxmotor.present.exports import to_python as to_python
+    from jaxmotor.present.exports import to_spice as to_spice
+    from jaxmotor.present.exports import to_wpilib as to_wpilib
     from jaxmotor.recording import Recording as Recording
     from jaxmotor.recording import Segment as Segment
     from jaxmotor.recording import check as check
@@ -47,8 +53,12 @@ _HOME = {
     **dict.fromkeys(("Fit", "FrequencyResponse", "Model", "fit_response", "identify", "read_model"), "estimate"),
     **dict.fromkeys(("Validation", "validate"), "validation"),
     **dict.fromkeys(("Diagnosis", "diagnose"), "diagnosis"),
+    **dict.fromkeys(
+        ("to_control", "to_export_json", "to_mujoco", "to_python", "to_spice", "to_wpilib"), "present.exports"
+    ),
 }
 
+__all__ = list(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
 __version__ = importlib.metadata.version("jaxmotor")
 
 
@@ -59,4 +69,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOME])
+    return [*_HOME, "__version__"]

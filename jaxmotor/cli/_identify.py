@@ -62,15 +62,13 @@ def _one(
     output: Path | None,
 ) -> None:
     from jaxmotor.cli._runtime import prepare_jax
-    from jaxmotor.cli._segments import chosen_segments
     from jaxmotor.recording import read
 
     recording = read(path)
-    held_out = chosen_segments(recording, hold_out)
     prepare_jax()
     from jaxmotor.estimate import electrical_check, identify, to_json
 
-    fit = identify(recording, method=method.value, model=model.value, hold_out=held_out)
+    fit = identify(recording, method=method.value, model=model.value, hold_out=hold_out or ())
     extra = []
     if resistance is not None and inductance is not None:
         extra.append(electrical_check(recording, resistance, inductance))

@@ -35,10 +35,9 @@ def validate_command(
     from jaxmotor.cli._runtime import prepare_jax
 
     prepare_jax()
-    from jaxmotor.estimate import read_model
     from jaxmotor.validation import to_json, validate
 
-    validation = validate(read_model(model), measured, seed=seed)
+    validation = validate(model, measured, seed=seed)
     written = []
     if output is not None:
         from jaxmotor.cli._folder import make_folder

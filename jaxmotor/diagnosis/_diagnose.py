@@ -1,7 +1,10 @@
 """From a recording to what its linear model gets wrong, why, and what a longer model is worth."""
 
+import os
+
 import numpy as np
 
+from jaxmotor._arguments import check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
@@ -28,7 +31,7 @@ from jaxmotor.diagnosis._validated_search import ValidatedSearch
 from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
 from jaxmotor.motor import EFFECTS, Motor
 from jaxmotor.motor.effects import OF_LOG
-from jaxmotor.recording import Recording, check
+from jaxmotor.recording import Recording, check, recording_of
 
 OUTSIDE = 0.6
 """Share of the missing volts that depends on time alone where something acts on the motor from outside."""
@@ -44,13 +47,17 @@ UNKNOWN = 0.5
 
 
 @in_float64
-def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
+def diagnose(recording: Recording | str | os.PathLike[str], *, seed: int = 0) -> Diagnosis:
     """Say what the linear motor of `recording` gets wrong, name the causes, and measure what knowing them is worth.
+
+    `recording` may be the path of its file.
 
     `seed` draws the shuffles that tell a dependence from chance, and encoder offsets.
 
     **Raises:** `JaxmotorError`, one sentence, where the recording does not determine a linear motor.
     """
+    recording = recording_of(recording)
+    check_whole("seed", seed)
     fit, refused = _linear_fit(recording, seed)
     recording, first = stated(recording, fit.average), linear_of(float(fit.motor.gain), float(fit.motor.pole))
     study, linear = timed(recording, fit, first) or _untimed(recording, first)

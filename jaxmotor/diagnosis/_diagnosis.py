@@ -10,7 +10,7 @@ from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Coordinate, Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
-from jaxmotor.estimate import Allowed, Fit, Joint, OpenHypothesis, SpeedAverage, Timing, Trace, angle_fit_percent
+from jaxmotor.estimate import Allowed, Fit, Joint, Model, OpenHypothesis, SpeedAverage, Timing, Trace, angle_fit_percent
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
@@ -181,6 +181,13 @@ class Diagnosis:
     def recording(self) -> str:
         """File name."""
         return self.fit.source.rpartition("/")[2]
+
+    @property
+    def model(self) -> Model:
+        """The extended motor, to keep, to simulate, to validate and to export."""
+        from jaxmotor.diagnosis._extended import extended_model
+
+        return extended_model(self)
 
     def plot(self) -> "dict[str, Figure]":
         """Figures of what is missing, why, and what knowing it is worth, by name."""

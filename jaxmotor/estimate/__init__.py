@@ -20,10 +20,11 @@ from jaxmotor.estimate._identify import sine_motor as sine_motor
 from jaxmotor.estimate._judge import Judgement as Judgement
 from jaxmotor.estimate._judge import judge as judge
 from jaxmotor.estimate._judge import student_t as student_t
+from jaxmotor.estimate._model import Model as Model
 from jaxmotor.estimate._model_effects import effects_to_json as effects_to_json
 from jaxmotor.estimate._model_file import KEYS as KEYS
 from jaxmotor.estimate._model_file import SHARE as SHARE
-from jaxmotor.estimate._model_file import Model as Model
+from jaxmotor.estimate._model_file import AnyModel as AnyModel
 from jaxmotor.estimate._model_file import model_of as model_of
 from jaxmotor.estimate._model_file import model_to_json as model_to_json
 from jaxmotor.estimate._model_file import read_model as read_model

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
+from jaxmotor.estimate._model import Model
 from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis
 from jaxmotor.estimate._speed_average import SpeedAverage
 from jaxmotor.estimate._timing import Timing
@@ -69,6 +70,20 @@ class Fit:
     """The log's own, where the header does not state it and the data show one."""
     average: SpeedAverage | None = None
     """The same of its speeds."""
+
+    @property
+    def model(self) -> Model:
+        """The motor as its model file would hold it."""
+        return Model(
+            self.motor,
+            self.covariance,
+            self.offset_V,
+            self.period_s,
+            self.source,
+            frozenset(self.fingerprints),
+            self.source,
+            response=self.frequency_response,
+        )
 
     def __repr__(self) -> str:
         gain, pole = float(self.motor.gain), float(self.motor.pole)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.diagnosis import Diagnosis, diagnose
-from jaxmotor.estimate import identify, model_of
+from jaxmotor.estimate import identify
 from jaxmotor.recording import Recording
 from jaxmotor.validation import Validation, validate
 
@@ -34,8 +34,8 @@ def story(recording: Recording, *, seed: int = 0) -> Story:
     if not held_out:
         return Story(recording, diagnosis, None, "the recording has neither two steps nor a closed loop", seed)
     try:
-        model = model_of(identify(recording, hold_out=held_out, seed=seed))
-        return Story(recording, diagnosis, validate(model, recording, seed=seed), "", seed)
+        fit = identify(recording, hold_out=held_out, seed=seed)
+        return Story(recording, diagnosis, validate(fit, recording, seed=seed), "", seed)
     except JaxmotorError as error:
         return Story(recording, diagnosis, None, str(error), seed)
 
