@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from jaxmotor.recording import Recording as Recording
     from jaxmotor.recording import Segment as Segment
     from jaxmotor.recording import check as check
+    from jaxmotor.recording import from_arrays as from_arrays
+    from jaxmotor.recording import from_dataframe as from_dataframe
     from jaxmotor.recording import import_log as import_log
     from jaxmotor.recording import import_steady as import_steady
     from jaxmotor.recording import import_sysid as import_sysid
@@ -46,7 +48,10 @@ if TYPE_CHECKING:
 _HOME = {
     "JaxmotorError": "_errors",
     **dict.fromkeys(
-        ("Recording", "Segment", "check", "import_log", "import_steady", "import_sysid", "join", "read", "write"),
+        (
+            *("Recording", "Segment", "check", "from_arrays", "from_dataframe"),
+            *("import_log", "import_steady", "import_sysid", "join", "read", "write"),
+        ),
         "recording",
     ),
     **dict.fromkeys(("EFFECTS", "FirstOrder", "Motor", "SecondOrder"), "motor"),

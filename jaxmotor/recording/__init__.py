@@ -9,6 +9,8 @@ from jaxmotor.recording._check import warn_sign as warn_sign
 from jaxmotor.recording._chosen import Which as Which
 from jaxmotor.recording._chosen import chosen_segments as chosen_segments
 from jaxmotor.recording._foreign import import_log as import_log
+from jaxmotor.recording._from_arrays import from_arrays as from_arrays
+from jaxmotor.recording._from_arrays import from_dataframe as from_dataframe
 from jaxmotor.recording._from_columns import from_columns as from_columns
 from jaxmotor.recording._from_columns import header_of as header_of
 from jaxmotor.recording._header import OWN_KEYS as OWN_KEYS
