@@ -34,9 +34,12 @@ from jaxmotor.estimate._model_joint import names_of as names_of
 from jaxmotor.estimate._open_hypotheses import Allowed as Allowed
 from jaxmotor.estimate._open_hypotheses import Hidden as Hidden
 from jaxmotor.estimate._open_hypotheses import OpenHypothesis as OpenHypothesis
+from jaxmotor.estimate._open_hypotheses import allowing as allowing
 from jaxmotor.estimate._open_hypotheses import open_hypotheses as open_hypotheses
 from jaxmotor.estimate._open_hypotheses import open_to_json as open_to_json
 from jaxmotor.estimate._response_fit import fit_response as fit_response
+from jaxmotor.estimate._rows import effect_rows as effect_rows
+from jaxmotor.estimate._rows import linear_rows as linear_rows
 from jaxmotor.estimate._sine_data import SineData as SineData
 from jaxmotor.estimate._sine_data import sine_data as sine_data
 from jaxmotor.estimate._sine_fit import Sines as Sines

@@ -1,19 +1,23 @@
 """An identified motor, to simulate, to validate and to export."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from jaxmotor._precision import in_float64, to_jax, to_numpy
+from jaxmotor._shown import Row, Shown
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model_joint import Joint
+from jaxmotor.estimate._rows import effect_rows, linear_rows
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor
 from jaxmotor.motor.effects import VoltageOffset
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Model:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Model(Shown):
     """An identified motor as a model file holds it."""
 
     motor: AbstractLinearMotor
@@ -52,3 +56,11 @@ class Model:
         if self.offset_V and not offset_named:
             effects = (*effects, to_numpy(VoltageOffset.of(volts_V=self.offset_V)))
         return to_numpy(Motor(self.motor, effects, to_jax(self.viscous_share)))
+
+    def _title(self) -> str:
+        return f"Model of {Path(self.recording).name or 'an unnamed recording'} (± is 95 %)"
+
+    def _rows(self) -> tuple[Row, ...]:
+        linear = linear_rows(self.motor, np.sqrt(np.maximum(np.diag(self.covariance), 0.0)).tolist())
+        offset = [Row("voltage_offset", self.offset_V, math.nan, "V")] if self.offset_V else []
+        return (*linear, *offset, *effect_rows(self.effects, self.effect_errors))
