@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from jaxmotor._errors import JaxmotorError as JaxmotorError
     from jaxmotor.diagnosis import Diagnosis as Diagnosis
+    from jaxmotor.diagnosis import Progress as Progress
     from jaxmotor.diagnosis import diagnose as diagnose
     from jaxmotor.estimate import Fit as Fit
     from jaxmotor.estimate import FrequencyResponse as FrequencyResponse
@@ -57,7 +58,7 @@ _HOME = {
     **dict.fromkeys(("EFFECTS", "FirstOrder", "Motor", "SecondOrder"), "motor"),
     **dict.fromkeys(("Fit", "FrequencyResponse", "Model", "fit_response", "identify", "read_model"), "estimate"),
     **dict.fromkeys(("Validation", "validate"), "validation"),
-    **dict.fromkeys(("Diagnosis", "diagnose"), "diagnosis"),
+    **dict.fromkeys(("Diagnosis", "Progress", "diagnose"), "diagnosis"),
     **dict.fromkeys(
         ("to_control", "to_export_json", "to_mujoco", "to_python", "to_spice", "to_wpilib"), "present.exports"
     ),

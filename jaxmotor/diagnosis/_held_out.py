@@ -78,6 +78,7 @@ def kept(study: Study, found: Found, search: Search | None) -> tuple[Found, Held
 
 def hold_out(study: Study, found: Found) -> HeldOut:
     """The motors of `found` refitted to two thirds of the segments (`split`)."""
+    study.solver.request.tell(2)
     recording = study.recording
     parts, segments = split(recording)
     own, cut = bool(segments), parts is not recording
