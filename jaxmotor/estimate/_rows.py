@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from jaxmotor._shown import Row
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor
@@ -10,7 +11,7 @@ from jaxmotor.motor.effects import parameters
 LINEAR = (("gain", "rad/s/V"), ("pole", "rad/s"), ("electrical_time_constant", "s"))
 
 
-def linear_rows(motor: AbstractLinearMotor, errors: Iterable[float]) -> tuple[Row, ...]:
+def linear_rows(motor: AbstractLinearMotor, errors: Iterable[Any]) -> tuple[Row, ...]:
     """Of gain, pole and what else `motor` has, with these standard errors."""
     return tuple(
         Row(name, float(getattr(motor, name)), float(error), unit)

@@ -1,4 +1,8 @@
-"""Figures for print and screen, one function each, and how they are written."""
+"""Figures for print and screen, one function each, and how they are written.
+
+Each draws a figure of its own, or on the `axes` that it is given (one for each panel, row by row), and returns the
+figure that it drew on.
+"""
 
 from jaxmotor.present._before_after import before_after as before_after
 from jaxmotor.present._bode import bode as bode
