@@ -3,6 +3,7 @@
 import base64
 import html
 import io
+import textwrap
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ from jaxmotor._numbers import with_error
 from jaxmotor._sentences import printable, sentence
 
 LONGEST = 1000
-DPI = 80
+DPI, WIDTH = 80, 110
 
 
 class Row(NamedTuple):
@@ -39,8 +40,8 @@ class Shown:
         rows = self._rows()
         width = max((len(row.name) for row in rows), default=0)
         lines = [f"{row.name:{width}}  {with_error(row.value, row.standard_error, row.unit)}" for row in rows]
-        told = [sentence(line, LONGEST) for line in (*lines, *self._remarks())]
-        return "\n  ".join([printable(self._title()), *told])
+        rest = [textwrap.fill(sentence(line, LONGEST), WIDTH, subsequent_indent="    ") for line in self._remarks()]
+        return "\n  ".join([printable(self._title()), *lines, *rest])
 
     def _repr_html_(self) -> str:
         rows = "".join(

@@ -1,7 +1,6 @@
 """What a diagnosis gives: a verdict, the effects found and their rivals, and what the longer model is worth."""
 
 import dataclasses
-import math
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -218,7 +217,7 @@ class Diagnosis(Shown):
 
     def _rows(self) -> tuple[Row, ...]:
         effects = [found.effect for found in self.effects]
-        errors = [self.standard_error.get(key, math.nan) for key in KEYS]
+        errors = [self.standard_error[key] for key in KEYS[:2]]
         found = effect_rows(effects, [found.standard_error for found in self.effects])
         return (*linear_rows(self.motor.linear, errors), *found)
 
