@@ -6,7 +6,7 @@ Friction and a dead zone take their volts off the voltage: with a shift h = d lo
 exact for steps of one height 1/h. The others move log K and log a in proportion.
 """
 
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -162,17 +162,8 @@ def open_to_json(found: tuple[OpenHypothesis, ...], allowed: Allowed | None) -> 
     return {"open_hypotheses": listed, "interval_with_open_hypotheses": intervals}
 
 
-@runtime_checkable
-class _Open(Protocol):
-    @property
-    def open_hypotheses(self) -> tuple[OpenHypothesis, ...]: ...
-
-    @property
-    def allowed(self) -> Allowed | None: ...
-
-
-def allowing(fit: _Open) -> str | None:
-    """The intervals that allow for open hypotheses; None where nothing is open."""
+def allowing(fit: Any) -> str | None:
+    """The intervals of a fit or diagnosis that allow for open hypotheses; None where nothing is open."""
     if not fit.open_hypotheses or fit.allowed is None:
         return None
     gains, poles = ([f"{end:.4g}" for end in ends] for ends in (fit.allowed.gain, fit.allowed.pole))

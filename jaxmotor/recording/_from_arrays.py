@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from jaxmotor._arguments import taken
 from jaxmotor._sentences import one_of, sentence, shown
 from jaxmotor.recording._foreign import import_log
 from jaxmotor.recording._from_columns import header_of
@@ -27,6 +28,7 @@ def from_arrays(
     angle_rad: Column = None,
     speed_rad_s: Column = None,
     supply_V: Column = None,
+    supply_unknown: bool = False,
     duty_full_scale: float | int | None = None,
     counts_per_rev: float | int | None = None,
     speed_window_s: float | int | None = None,
@@ -34,12 +36,12 @@ def from_arrays(
     input_acts: Literal["after", "before"] = "after",
     kind: str | Sequence[str] = "other",
     at_rest: bool | Sequence[bool] | None = None,
-    parameters: Mapping[str, Any] | Sequence[Mapping[str, Any]] = {},
+    parameters: dict[str, Any] | Sequence[dict[str, Any]] | None = None,
     name: str = "arrays",
 ) -> Recording:
     """The recording whose rows are these arrays (n,), or lists of arrays, one for each segment.
 
-    `volts`, or `duty` of `duty_full_scale` with `supply_V` [V] (a number, or measured in each row); and one of
+    `volts`, or `duty` of `duty_full_scale` with `supply_V` [V] (a number, or measured in each row; or `supply_unknown`); and one of
     `counts` (with `counts_per_rev`), `angle_rad` and `speed_rad_s`, all at the output shaft. Even times become ticks,
     rows with NaN are gaps, and whether the motor was `at_rest` at first is taken from the rows where it is not stated.
     `kind`, `at_rest` and `parameters` (such as `frequency_Hz`) are those of all segments, or of each.
@@ -56,13 +58,16 @@ def from_arrays(
     has = table.cells.keys()
     if len(has & {"volts", "duty"}) != 1 or len(has & {"counts", "angle_rad", "speed_rad_s"}) != 1:
         wanted = "exactly one of volts and duty, and exactly one of counts, angle_rad and speed_rad_s"
-        raise RecordingError(f"{name}: give {wanted}; given are {', '.join(has - {'segment'})}")
+        raise RecordingError(f"{name}: give {wanted}; given are {', '.join(sorted(has - {'segment'}))}")
     if duty is not None and duty_full_scale is None:
         raise RecordingError(f"{name}: duty needs duty_full_scale, the duty that means the whole supply")
     number = int(table.cells["segment"][-1]) + 1
-    about = [_each(each, number, name) for each in ({"kind": kind}, {"at_rest": at_rest}, {"parameters": parameters})]
-    tables = [{key: value for one in own for key, value in one.items()} for own in zip(*about, strict=True)]
-    header = [{"kind": own["kind"], "start_s": 0.0, **own["parameters"]} for own in tables]
+    stated = {"kind": kind, "parameters": parameters or {}} | ({} if at_rest is None else {"at_rest": at_rest})
+    each = {key: _each(key, value, number, name) for key, value in stated.items()}
+    about = [dict(zip(each, own, strict=True)) for own in zip(*each.values(), strict=True)]
+    header = [own | {"start_s": 0.0} | taken(own["parameters"], dict, "a dict of parameters") for own in about]
+    for own in header:
+        del own["parameters"]
     header_of({"drive": drive or "brake", "segment": header}, f"{name}, as a header")
     try:
         recording = import_log(
@@ -75,6 +80,7 @@ def from_arrays(
             segment="segment",
             supply="supply_V:V" if "supply_V" in has else None,
             supply_V=supply_V if isinstance(supply_V, float | int) else None,
+            supply_unknown=supply_unknown,
             counts_per_rev=counts_per_rev,
             speed_window_s=speed_window_s,
             drive=drive,
@@ -83,8 +89,9 @@ def from_arrays(
     except RecordingError as error:
         text = re.sub("--([a-z-]+)", lambda flag: flag[1].replace("-", "_"), str(error))
         raise RecordingError(text.replace(f"{name}, line ", f"{name}, row ", 1)) from None
-    segments = [dataclasses.replace(one, **_known(tables[int(one.parameters["label"])])) for one in recording.segments]
-    return dataclasses.replace(recording, segments=tuple(segments), header={})
+    header = {key: value for key, value in recording.header.items() if key != "imported"}
+    segments = [dataclasses.replace(one, **about[int(one.parameters["label"])]) for one in recording.segments]
+    return dataclasses.replace(recording, segments=tuple(segments), header=header)
 
 
 def from_dataframe(
@@ -107,7 +114,7 @@ def from_dataframe(
             raise RecordingError(f"{name}: there is no column {shown(column)}; the columns are {one_of(names, column)}")
     time = np.asarray(frame.index if time_s is None else frame[time_s])
     if time.dtype.kind in "mM":
-        time = (time - time[0]) / np.timedelta64(1, "s")
+        time = (time - time[:1]) / np.timedelta64(1, "s")
     labels = np.zeros(len(time)) if segment is None else np.asarray(frame[segment])
     cuts = np.flatnonzero(labels[1:] != labels[:-1]) + 1
     given: dict[str, Any] = {key: np.split(np.asarray(frame[columns[key]]), cuts) for key in wanted}
@@ -116,7 +123,7 @@ def from_dataframe(
 
 def _table(name: str, columns: Mapping[str, Column]) -> Table:
     """The arrays as a log's cells, with a column `segment`."""
-    pieces = {key: _pieces(value) for key, value in columns.items() if value is not None}
+    pieces = {key: _pieces(value) for key, value in columns.items() if value is not None or key == "time_s"}
     sizes = {key: [piece.shape for piece in its] for key, its in pieces.items()}
     for key, shapes in sizes.items():
         if any(piece.dtype.kind not in "iuf" for piece in pieces[key]):
@@ -137,16 +144,9 @@ def _pieces(value: Column) -> list[np.ndarray]:
     return [np.asarray(piece) for piece in (value if several else [value])]
 
 
-def _each(stated: Mapping[str, Any], number: int, name: str) -> list[dict[str, Any]]:
-    """`stated`, of all segments or of each, for each of `number` segments."""
-    [(key, value)] = stated.items()
-    values = list(value) if isinstance(value, list | tuple) else [value] * number
+def _each(key: str, stated: Any, number: int, name: str) -> list[Any]:
+    """What is `stated` of all segments, or of each, for each of `number` segments."""
+    values = list(stated) if isinstance(stated, list | tuple | np.ndarray) else [stated] * number
     if len(values) != number:
-        raise RecordingError(
-            f"{name}: {key} is a list of {len(values)}, and there are {number} segments; give one for each"
-        )
-    return [{key: one} for one in values]
-
-
-def _known(about: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in about.items() if value is not None}
+        raise RecordingError(f"{name}: {key} is a list of {len(values)} for {number} segments; give one for each")
+    return values

@@ -76,8 +76,11 @@ def test_rows_without_a_number_are_gaps():
         ({"duty": U, "speed_rad_s": U}, "duty needs duty_full_scale"),
         ({"duty": U, "speed_rad_s": U, "duty_full_scale": 255}, "supply"),
         ({"volts": U, "counts": N, "counts_per_rev": -1}, "counts_per_rev is -1"),
+        ({"volts": U, "counts": N, "time_s": None}, "time_s holds object, not numbers"),
+        ({"volts": [], "speed_rad_s": [], "time_s": []}, "give arrays .n,. of one length"),
+        ({"volts": U, "speed_rad_s": U, "parameters": {"frequency_Hz": -1.0}}, "frequency_Hz = '-1.0' is no frequency"),
     ],
-    ids=range(14),
+    ids=range(17),
 )
 def test_what_cannot_be_is_a_sentence(given, says):
     with pytest.raises(JaxmotorError, match=says):
