@@ -113,11 +113,11 @@ def main() -> None:
             seconds = time.perf_counter() - begin
             names = "; ".join(" or ".join(alike(one)) for one in found.effects)
             for one in found.effects:
-                own.append((one.probability or 0.0, one.name in hidden.truth))
-                family.append((one.family_probability or 0.0, bool(set(alike(one)) & set(hidden.truth))))
+                own.append((one.probability, one.name in hidden.truth))
+                family.append((one.family_probability, bool(set(alike(one)) & set(hidden.truth))))
             good, total = is_found(hidden, found), total + 1
             right += good
-            sure = ", ".join(f"{one.probability or 0:.2f} ({one.family_probability or 0:.2f})" for one in found.effects)
+            sure = ", ".join(f"{one.probability:.2f} ({one.family_probability:.2f})" for one in found.effects)
             print(
                 f"| {kind} | {seed} | {names or 'none'} | {sure} | {found.held_out.drift_before:.3g} -> "
                 f"{found.held_out.drift_after:.3g}, {found.verdict} | {'yes' if good else 'NO'} | {seconds:.0f} |",

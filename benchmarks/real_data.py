@@ -110,7 +110,7 @@ def static_curve() -> Recording:
     """The steady states of the coasting motor."""
     path = FOLDER / "undcmotor_coast" / "static_gain.csv"
     return import_steady(
-        path, input="u:V", speed="y:deg/s", period_s=0.02, hold_s=1.0, speed_window_s=0.02, supply_V=5.0
+        path, input="u:V", speed="y:deg/s", period_s=0.02, hold_s=2.0, speed_window_s=0.02, supply_V=5.0
     )
 
 

@@ -19,7 +19,14 @@ import numpy as np
 from jaxmotor.control._closed import Closed, highest_of, largest
 from jaxmotor.control._hardware import Hardware
 from jaxmotor.control._sampled import Sampled, sampled_motor
-from jaxmotor.control._wishes import OVERSHOOT_PERCENT, RIPPLE, TINY, check_wishes, for_bandwidth, left_out
+from jaxmotor.control._specifications import (
+    OVERSHOOT_PERCENT,
+    RIPPLE,
+    TINY,
+    check_specifications,
+    for_bandwidth,
+    left_out,
+)
 from jaxmotor.motor import Motor
 
 LEAST_OVERSHOOT = 1e-3
@@ -59,7 +66,7 @@ def design_position_loop(
 
     **Raises:** `JaxmotorError` where the motor and its delays do not allow that bandwidth within that overshoot.
     """
-    check_wishes(bandwidth_Hz, overshoot_percent, hardware)
+    check_specifications(bandwidth_Hz, overshoot_percent, hardware)
     plant, period = sampled_motor(motor, hardware), hardware.period_s
     damping = _damping(overshoot_percent / 100)
 

@@ -6,22 +6,17 @@ and where within a count the encoder begins. Limits hold 95 of 100 runs.
 
 import dataclasses
 import math
-from typing import NamedTuple
 
-import equinox as eqx
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor._precision import in_float64, to_jax
+from jaxmotor._precision import in_float64
 from jaxmotor.control._hardware import Hardware
 from jaxmotor.control._loops import CountedPositionLoop, CountedSpeedLoop
+from jaxmotor.control._run import run_on
 from jaxmotor.estimate import Model
-from jaxmotor.motor import Motor, Rows, simulate_motor, steps_for
-from jaxmotor.motor.effects import TransportDelay
-from jaxmotor.validation import Band, Interval, draw_motors
+from jaxmotor.validation import Band, Interval, draw_motors, limits
 
 Loop = CountedSpeedLoop | CountedPositionLoop
 RUNS = 128
@@ -68,18 +63,18 @@ def predict_step(
             f"a step to {reference:g} over {ticks} ticks in {runs} runs gives no prediction; the reference is not 0, "
             f"there are 8 ticks at least and {LEAST_RUNS} runs"
         )
-    run = run_loop(model, loop, hardware, reference, ticks, runs, seed)
-    shown = run.shown(hardware, isinstance(loop, CountedPositionLoop))
+    counts, volts = run_loop(model, loop, hardware, reference, ticks, runs, seed)
+    angles = isinstance(loop, CountedPositionLoop)
+    shown = counts * hardware.count_rad if angles else np.diff(counts, prepend=0.0) / hardware.counts_per_tick
     measured = np.array([measure_step(one, reference) for one in shown])
     # Counts are whole, so what is measured comes in steps.
-    angles = isinstance(loop, CountedPositionLoop)
     one_count = hardware.count_rad if angles else 1 / hardware.counts_per_tick
     steady = reference - float(np.median(measured[:, 1])) or math.nan
-    saturated = 100 * (np.abs(run.volts) >= hardware.supply_V - 0.5 * hardware.step_V).mean(axis=1)
+    saturated = 100 * (np.abs(volts) >= hardware.supply_V - 0.5 * hardware.step_V).mean(axis=1)
     return Prediction(
         np.arange(ticks) * hardware.period_s,
-        _band(shown),
-        _band(run.volts),
+        Band.of(shown),
+        Band.of(volts),
         _interval(measured[:, 0], 100 * one_count / 3 / abs(steady)),
         _interval(measured[:, 1], one_count if angles else one_count / max(1, int(TAIL * ticks))),
         _interval(saturated),
@@ -98,76 +93,20 @@ def measure_step(shown: np.ndarray, reference: float) -> tuple[float, float]:
     return over, reference - steady
 
 
-class Runs(NamedTuple):
-    """Simulated runs (m, n) side by side; the first is the model itself."""
-
-    turn: np.ndarray
-    """From each tick to the next, as the encoder sees it before rounding [rad]."""
-    volts: np.ndarray
-    """Asked for at each tick [V]."""
-    begins: np.ndarray
-    """(m,) where within a count each begins."""
-
-    def shown(self, hardware: Hardware, angles: bool) -> np.ndarray:
-        """(m, n) mean speed over the tick before each tick [rad/s] as the counts have it, or the angle [rad]."""
-        exact = self.begins[:, None] + self.turn.cumsum(axis=1) / hardware.count_rad
-        counts = np.floor(np.concatenate([self.begins[:, None], exact[:, :-1]], axis=1))
-        if angles:
-            return (counts - counts[:, :1]) * hardware.count_rad
-        return np.diff(counts, axis=1, prepend=counts[:, :1]) / hardware.counts_per_tick
-
-
 @in_float64
-def run_loop(model: Model, loop: Loop, hardware: Hardware, reference: float, ticks: int, runs: int, seed: int) -> Runs:
-    """`runs` runs of `loop` on motors as `model` allows, for `ticks` ticks from rest at a constant `reference`."""
-    size = -(-ticks // 64) * 64  # whole blocks, so that few shapes are compiled
+def run_loop(
+    model: Model, loop: Loop, hardware: Hardware, reference: float, ticks: int, runs: int, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """(runs, ticks) count at each tick, and voltage [V], of `loop` on `model` first and then on draws of it.
+
+    They start from rest, at a constant `reference`.
+    """
     key, start = jax.random.split(jax.random.key(seed))
-    motors = draw_motors(model, runs, key)
-    begins = jax.random.uniform(start, (runs,)).at[0].set(0.5)
-    steps = jnp.asarray(steps_for(hardware.period_s, float(model.motor.pole)), jnp.int32)
-    period, supply, asked = (jnp.asarray(number) for number in (hardware.period_s, hardware.supply_V, reference))
-    late = jnp.asarray(hardware.delay_s) if hardware.delay_s else None
-    turn, volts = _run(motors, to_jax(loop), begins, late, jnp.zeros(size), period, supply, asked, steps)
-    return Runs(np.asarray(turn)[:, :ticks], np.asarray(volts)[:, :ticks], np.asarray(begins))
-
-
-@eqx.filter_jit
-def _run(
-    motors: Motor,
-    loop: Loop,
-    begins: Float[Array, " m"],
-    late: Float[Array, ""] | None,
-    zeros: Float[Array, " n"],
-    period: Float[Array, ""],
-    supply: Float[Array, ""],
-    reference: Float[Array, ""],
-    steps: Int[Array, ""],
-) -> tuple[Float[Array, "m n"], Float[Array, "m n"]]:
-    first = jnp.zeros(zeros.shape, bool).at[0].set(True)
-    time = jnp.arange(zeros.shape[0], dtype=zeros.dtype) * period
-    rows = Rows(zeros + reference, first, zeros, time)
-
-    def one(motor: Motor, begin: Float[Array, ""]) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-        effects = motor.effects if late is None else (*motor.effects, TransportDelay(late))
-        begun = eqx.tree_at(lambda tree: tree.bridge.begin_counts, loop, begin)
-        motor = Motor(motor.linear, effects, motor.viscous_share)
-        run = simulate_motor(motor, rows, period, supply, steps, controller=begun)
-        return run.seen_turn, run.volts
-
-    return jax.vmap(one)(motors, begins)
-
-
-def _band(runs: np.ndarray) -> Band:
-    low, high = _limits(runs)
-    return Band(runs.mean(axis=0), low, high)
+    reading = np.asarray(jax.random.uniform(start, (runs,)).at[0].set(0.5))
+    return run_on(hardware, draw_motors(model, runs, key), loop, np.full(ticks, reference), reading)
 
 
 def _interval(values: np.ndarray, step: float = 0.0) -> Interval:
     """Mean and limits; what is measured in steps of `step` has limits rounded outwards by half of one."""
-    low, high = _limits(values)
+    low, high = limits(values)
     return Interval(float(values.mean()), float(low) - step / 2, float(high) + step / 2)
-
-
-def _limits(runs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    low, high = np.quantile(runs, [0.025, 0.975], axis=0, method="weibull")
-    return np.asarray(low), np.asarray(high)

@@ -1,24 +1,24 @@
 """A plan run on a model: the recording that `jaxmotor record` would make of this motor.
 
 One free simulation goes through all experiments and the rests between them, as the motor would; closed loops are closed
-by the board's law, u[k] = gain e[k] + I[k], I[k+1] = I[k] + Ki T e[k], with its counts, duties and limit.
+by the board's law (`SpeedLaw`), with its counts, duties and limit.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor._precision import in_float64, to_jax
+from jaxmotor._precision import in_float64
 from jaxmotor.bench import Plan, experiment_volts
 from jaxmotor.control._hardware import Hardware
-from jaxmotor.control._loops import Bridge, Counter, bridge_of
+from jaxmotor.control._run import run_on
 from jaxmotor.estimate import Model
-from jaxmotor.motor import AbstractController, Motor, Rows, simulate_motor, steps_for
-from jaxmotor.motor.effects import TransportDelay
+from jaxmotor.motor import AbstractController, SpeedLaw, command
+from jaxmotor.prediction import bucket
 from jaxmotor.recording import Recording, Segment
 
 Scalar = Float[Array, ""]
@@ -26,37 +26,30 @@ STILL = 10
 """Ticks without a count that mean rest."""
 
 
-class _Place(NamedTuple):
-    counter: Counter
-    row: Int[Array, ""]
-
-
 class _Script(AbstractController):
     """Voltages or loops, row by row."""
 
-    bridge: Bridge
-    gain: Float[Array, " n"]
-    """[V s/rad], 0 where the row is no loop."""
-    integral_gain: Float[Array, " n"]
-    """[V/rad]"""
+    law: SpeedLaw
+    """Gains (n,), 0 where the row is no loop."""
     loop: Float[Array, " n"]
     """1 in a closed loop, else 0."""
     first: Float[Array, " n"]
     """1 where an experiment begins."""
 
-    def begin(self) -> _Place:
-        return _Place(self.bridge.begin(), jnp.zeros((), jnp.int32))
+    def begin(self) -> tuple[Scalar, Int[Array, ""]]:
+        """Integral [V] and row."""
+        return jnp.zeros_like(self.law.limit_V), jnp.zeros((), jnp.int32)
 
-    def volts(self, memory: _Place, reference: Scalar, turned: Scalar, duration: Scalar) -> tuple[Scalar, _Place]:
-        row = memory.row
-        now, counts = self.bridge.latch(memory.counter, turned)
-        integral = jnp.where(self.first[row] > 0, 0.0, now.integral)
-        error = reference - counts * self.bridge.count_rad / duration
-        wanted = jnp.where(self.loop[row] > 0, self.gain[row] * error + integral, reference)
-        winds_up = (jnp.abs(wanted) > self.bridge.limit_V) & (wanted * error > 0)
-        integral = integral + jnp.where(winds_up, 0.0, self.integral_gain[row] * duration * error)
-        place = now._replace(integral=jnp.clip(integral, -self.bridge.limit_V, self.bridge.limit_V))
-        return self.bridge.rounded(wanted), _Place(place, row + 1)
+    def volts(self, memory: Any, reference: Scalar, turned: Scalar, duration: Scalar) -> tuple[Scalar, Any]:
+        integral, row = memory
+        law = self.law._replace(gain=self.law.gain[row], integral_gain=self.law.integral_gain[row])
+        integral = jnp.where(self.first[row] > 0, 0.0, integral)
+
+        def asked(volts: Scalar) -> Scalar:
+            return jnp.where(self.loop[row] > 0, volts, reference)
+
+        volts, integral = command(law, reference - turned / duration, integral, duration, asked)
+        return volts, (integral, row + 1)
 
 
 class _Part(NamedTuple):
@@ -77,9 +70,8 @@ def simulate_plan(model: Model, plan: Plan, hardware: Hardware, *, seed: int = 0
         raise JaxmotorError(f"{plan.name}: its period of {plan.period_ms} ms is not the rig's {hardware.period_s:g} s")
     parts, asked, loops = _script(plan, hardware)
     begin = np.random.default_rng(seed).uniform()
-    turn, volts = _simulated(model, hardware, asked, loops, begin)
-    exact = begin + np.concatenate([[0.0], turn.cumsum()[:-1]]) / hardware.count_rad
-    count = np.floor(exact).astype(np.int64)
+    counts, volts = _simulated(model, hardware, asked, loops, begin)
+    count = counts.astype(np.int64)
     duty = np.rint(volts / hardware.step_V).astype(np.int64)
     return Recording(
         tuple(_segment(plan, hardware, part, duty, count) for part in parts),
@@ -124,30 +116,14 @@ def _script(plan: Plan, hardware: Hardware) -> tuple[list[_Part], np.ndarray, np
 def _simulated(
     model: Model, hardware: Hardware, asked: np.ndarray, loops: np.ndarray, begin: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) angle turned from each row to the next, as the encoder sees it [rad], and (n,) voltage set [V]."""
-    size = -(-len(asked) // 1024) * 1024  # whole blocks, so that few shapes are compiled
-    loops, asked = (np.concatenate([x, np.zeros((*x.shape[:-1], size - x.shape[-1]))], axis=-1) for x in (loops, asked))
-    motor = to_jax(model.whole)
-    if hardware.delay_s:
-        late = TransportDelay.of(delay_s=hardware.delay_s)
-        motor = Motor(motor.linear, (*motor.effects, late), motor.viscous_share)
-    bridge = eqx.tree_at(lambda tree: tree.begin_counts, to_jax(bridge_of(hardware)), jnp.asarray(begin))
-    script = _Script(bridge, *(jnp.asarray(row) for row in loops))
-    steps = jnp.asarray(steps_for(hardware.period_s, float(model.motor.pole)), jnp.int32)
-    period, supply = jnp.asarray(hardware.period_s), jnp.asarray(hardware.supply_V)
-    turn, volts = _run(motor, script, jnp.asarray(asked), period, supply, steps)
-    return np.asarray(turn), np.asarray(volts)
-
-
-@eqx.filter_jit
-def _run(
-    motor: Motor, script: _Script, asked: Float[Array, " n"], period: Scalar, supply: Scalar, steps: Int[Array, ""]
-) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    zeros = jnp.zeros_like(asked)
-    time = jnp.arange(asked.shape[0], dtype=asked.dtype) * period
-    rows = Rows(asked, zeros.astype(bool).at[0].set(True), zeros, time)
-    run = simulate_motor(motor, rows, period, supply, steps, controller=script)
-    return run.seen_turn, run.volts
+    """(n,) count at each row, and (n,) voltage set [V]."""
+    size = bucket(len(asked))
+    padded = np.concatenate([loops, np.zeros((4, size - len(asked)))], axis=1)
+    gain, integral_gain, loop, first = map(jnp.asarray, padded)
+    law = SpeedLaw.of(0.0, 0.0, hardware.supply_V, hardware.step_V)._replace(gain=gain, integral_gain=integral_gain)
+    motors = jax.tree.map(lambda leaf: leaf[None], model.whole)
+    counts, volts = run_on(hardware, motors, _Script(law, loop, first), asked, np.array([begin]))
+    return counts[0], volts[0]
 
 
 def _segment(plan: Plan, hardware: Hardware, part: _Part, duty: np.ndarray, count: np.ndarray) -> Segment:

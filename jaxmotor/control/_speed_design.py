@@ -21,7 +21,14 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor.control._closed import Closed, largest
 from jaxmotor.control._hardware import Hardware
 from jaxmotor.control._sampled import Sampled, linear_of, sampled_motor
-from jaxmotor.control._wishes import OVERSHOOT_PERCENT, RIPPLE, TINY, check_wishes, for_bandwidth, left_out
+from jaxmotor.control._specifications import (
+    OVERSHOOT_PERCENT,
+    RIPPLE,
+    TINY,
+    check_specifications,
+    for_bandwidth,
+    left_out,
+)
 from jaxmotor.motor import Motor
 
 SMALLEST = 1e-4
@@ -72,7 +79,7 @@ def design_speed_loop(
     """
     if kind not in ("P", "PI"):
         raise JaxmotorError(f"a loop of kind {kind!r} is not known; it is P or PI")
-    check_wishes(bandwidth_Hz, overshoot_percent, hardware)
+    check_specifications(bandwidth_Hz, overshoot_percent, hardware)
     ahead = kind == "P" if feeds_forward is None else feeds_forward
     plant = sampled_motor(motor, hardware)
     zero = math.exp(-slow_pole(motor) * hardware.period_s) if kind == "PI" else None

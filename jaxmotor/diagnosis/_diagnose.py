@@ -12,8 +12,9 @@ from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
 from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
 from jaxmotor.diagnosis._experiment import Experiment, experiment
+from jaxmotor.diagnosis._found import EXPLAINED, FINE, Found, enough
 from jaxmotor.diagnosis._free import linear_of, without_timing
-from jaxmotor.diagnosis._held_out import HeldOut, hold_out, kept, worth_of
+from jaxmotor.diagnosis._held_out import HeldOut, hold_out, worth_of
 from jaxmotor.diagnosis._joint import joint_covariance
 from jaxmotor.diagnosis._left_open import left_open, moves
 from jaxmotor.diagnosis._looks import Look, looks
@@ -23,13 +24,11 @@ from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._request import Progress, Request
 from jaxmotor.diagnosis._score import scored
-from jaxmotor.diagnosis._score_test import effect_columns
-from jaxmotor.diagnosis._search import DOUBT, EXPLAINED, FINE, GAIN, RIVALRY, SAME, Found, Search, enough
+from jaxmotor.diagnosis._search import Search
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
-from jaxmotor.diagnosis._validated_search import ValidatedSearch
 from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
 from jaxmotor.motor import EFFECTS, Motor
 from jaxmotor.motor.effects import OF_LOG
@@ -38,8 +37,8 @@ from jaxmotor.recording import Recording, check, recording_of
 OUTSIDE = 0.6
 """Share of the missing volts that depends on time alone where something acts on the motor from outside."""
 RIVALS = 4
-CLOSE = GAIN
-"""Excess of drift chi2 per sample below which a rival does as well: less would not have been taken for an effect."""
+FAR = 2.0
+"""Times chi2 of the best motor, above which nobody asks how much worse another one is, exactly."""
 EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
@@ -147,18 +146,13 @@ def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | N
 def _found(study: Study, first: Motor, linear: Fitted, seen: tuple[Look, ...]) -> tuple[Found, HeldOut]:
     """The effects, and what they are worth.
 
-    Of counts none are sought where something outside the motor moves it, which several would seem to explain. Where the
-    noise is not known, or the effects do not come near it, they are chosen by what they predict.
+    Of counts none are sought where something outside the motor moves it, which several would seem to explain.
     """
-    rig = rig_of(study.recording, study.trial)
-    if study.packed.observation.floor_known:
-        if study.timed or any(look.outside and look.share > OUTSIDE for look in seen):
-            return kept(study, Found(linear, linear, ()), None)
-        search = Search(study.solver, first, linear, effect_columns(study.solver, linear, rig))
-        found, held = kept(study, search.run(), search)
-        if found.fitted.chi2 <= enough(found.fitted.names, DOUBT):
-            return found, held
-    found = ValidatedSearch(study.solver, first, linear, rig).run()
+    outside = any(look.outside and look.share > OUTSIDE for look in seen)
+    if outside and study.packed.observation.floor_known:
+        found = Found(linear, linear, ())
+    else:
+        found = Search(study.solver, first, linear, rig_of(study.recording, study.trial)).run()
     return found, hold_out(study, found)
 
 
@@ -197,20 +191,16 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
 def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:
     """Of each effect."""
     pairs = [(named, other) for named in found.named for other in named.rivals[:RIVALS]]
-    least = held.fitted.chi2 + RIVALRY
-    bars = [least if named.equal is None else np.inf for named, _ in pairs]
+    added = [next(name for name in other.names if name not in found.fitted.names) for _, other in pairs]
+    far = FAR * held.fitted.chi2
+    bars = [np.inf if name in named.equal else far for name, (named, _) in zip(added, pairs, strict=True)]
     drifts = side_by_side(
         lambda pair: held.drift(pair[0][1].motor, pair[0][1], pair[1]), list(zip(pairs, bars, strict=True))
     )
     rivals: dict[str, list[Rival]] = {named.name: [] for named in found.named}
-    for (named, other), drift in zip(pairs, drifts, strict=True):
-        name = next(name for name in other.names if name not in found.fitted.names)
-        if drift > held.before.drift:
-            continue  # it explains nothing
-        excess = drift - held.after.drift
-        same = any({name, named.name} == pair for pair in SAME[:1])
-        close = excess < CLOSE if named.equal is None else name in named.equal
-        rivals[named.name].append(Rival(name, excess, bool(same or close)))
+    for name, (named, _), drift in zip(added, pairs, drifts, strict=True):
+        if drift <= held.before.drift:
+            rivals[named.name].append(Rival(name, drift - held.after.drift, name in named.equal))
     return {name: tuple(sorted(its, key=lambda rival: rival.chi2_excess)) for name, its in rivals.items()}
 
 

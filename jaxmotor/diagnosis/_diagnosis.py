@@ -71,9 +71,9 @@ class FoundEffect:
     """The nearest first."""
     unknown: tuple[str, ...]
     """Parameters that this recording does not determine: their error is more than half of them."""
-    probability: float | None = None
-    """Of all models tried, by blocks left out; None where the noise is known, and decides."""
-    family_probability: float | None = None
+    probability: float
+    """Of all models tried, by blocks left out."""
+    family_probability: float
     """The same of it or of any rival that is inseparable."""
 
     @property

@@ -27,6 +27,8 @@ AHEAD = 20
 """Rows."""
 SHARE = 0.05
 """f, as a share of the mean square that the best model leaves."""
+NOTHING = 0.004
+"""Difference of scores that means nothing: laws are not that exact, and rounding is not quite white."""
 WORST = 4.0
 """Times its residual, which the error of a block left out is taken to be at most: a block that holds the only rows of
 their kind is predicted badly by any model that has a law for them."""
@@ -88,13 +90,14 @@ def _mean_squares(columns: np.ndarray, shifts: np.ndarray, block: np.ndarray) ->
 def weights(found: Sequence[Evidence], prices: Sequence[float]) -> np.ndarray:
     """Probability of each model among those given, each with its price in logarithms of probability.
 
-    exp(-t²/2 - price), t the difference of its score to the best one's over that difference's standard error.
+    exp(-t²/2 - price), t the difference of its score to the best one's over that difference's standard error and
+    `NOTHING` together.
     """
     least = np.min([one.mean for one in found], axis=0)
     scores = np.stack([np.log(one.squares + SHARE * least[:, None]).mean(axis=0) for one in found])
     apart = scores - scores[int(np.argmin(scores.mean(axis=1)))]
     spread = apart.std(axis=1, ddof=1) / math.sqrt(apart.shape[1])
-    t = np.where(spread > 0, apart.mean(axis=1) / np.where(spread > 0, spread, 1.0), 0.0)
+    t = apart.mean(axis=1) / np.hypot(spread, NOTHING)
     log = -0.5 * np.square(t) - np.asarray(prices)
     weight = np.exp(log - log.max())
     return weight / weight.sum()

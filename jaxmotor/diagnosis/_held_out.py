@@ -6,19 +6,14 @@ import math
 import numpy as np
 
 from jaxmotor.diagnosis._diagnosis import Intervals, Worth
+from jaxmotor.diagnosis._found import FINE, Found
 from jaxmotor.diagnosis._free import without_effect
-from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._score import Scored, chi2_interval, scored, speed_intervals
-from jaxmotor.diagnosis._search import EXPLAINED, FINE, Found, Search, enough
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._split import split
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.motor import Motor
 from jaxmotor.validation import Interval
-
-PAYS = 0.005
-"""Of held-out chi2 per sample that an effect must bring."""
-MOST = 0.5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -52,28 +47,6 @@ class HeldOut:
         if name not in self.shorter:
             self.shorter[name] = self.drift(without_effect(self.fitted.motor, name), self.fitted)
         return self.shorter[name]
-
-
-def kept(study: Study, found: Found, search: Search | None) -> tuple[Found, HeldOut]:
-    """What `search` `found`, with only those effects that pay on data that was not fitted.
-
-    Where something is left over, only those that explain most of what was left over without them: a few wrong effects
-    together explain a part of almost anything.
-    """
-    while True:
-        held = hold_out(study, found)
-        if search is None or not found.named or not held.own:
-            return found, held
-        after = held.after.drift
-        left_over = found.fitted.chi2 > enough(found.fitted.names, EXPLAINED)
-        names = found.fitted.names
-        gains = dict(zip(names, (gain - after for gain in side_by_side(held.without, names)), strict=True))
-        least = {name: MOST * (gain + after - 1) if left_over else PAYS for name, gain in gains.items()}
-        worst = min(gains, key=lambda name: gains[name] - least[name])
-        if gains[worst] > least[worst]:
-            return found, held
-        shorter = study.solver.fit(without_effect(found.fitted.motor, worst), found.fitted.speeds, FINE)
-        found = search.settled(shorter)
 
 
 def hold_out(study: Study, found: Found) -> HeldOut:

@@ -55,15 +55,9 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
             for rival in found.rivals
         ],
         "not_identifiable": list(found.unknown),
-        **_probabilities(found),
+        "probability": min(found.probability, 1.0),
+        "family_probability": min(found.family_probability, 1.0),
     }
-
-
-def _probabilities(found: FoundEffect) -> dict[str, float]:
-    """Where the noise is known there are none."""
-    if found.probability is None or found.family_probability is None:
-        return {}
-    return {"probability": min(found.probability, 1.0), "family_probability": min(found.family_probability, 1.0)}
 
 
 def _worth(worth: Worth) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._coordinates import under
-from jaxmotor.diagnosis._search import Found
+from jaxmotor.diagnosis._found import Found
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.diagnosis._study import Study
 from jaxmotor.estimate import HIDDEN, Allowed, Fit, Hidden, OpenHypothesis, drives, open_hypotheses

@@ -6,18 +6,17 @@ import numpy as np
 
 from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._errors import covariance
+from jaxmotor.diagnosis._found import FINE, Found
 from jaxmotor.diagnosis._free import motors_at, without_timing
-from jaxmotor.diagnosis._search import FINE, Found
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._study import Study
 from jaxmotor.motor import Motor
-from jaxmotor.prediction import supply_of
 from jaxmotor.validation import LoopOfMotors, controller_of, loop_of_motors
 
 MOST = 4
 """Loops that are run."""
 MOTORS = 64
-"""As likely as the fitted one."""
+"""The fitted one, and draws from its covariance."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -46,15 +45,7 @@ def loop_gains(study: Study, found: Found, seed: int) -> tuple[LoopGain, ...]:
     gains = []
     for index, controller in known:
         runs = [
-            loop_of_motors(
-                motors,
-                recording,
-                index,
-                controller,
-                supply_V=supply_of(recording),
-                angle_rad=_angle(study, index),
-                seed=seed,
-            )
+            loop_of_motors(motors, recording, index, controller, seed=seed)
             for motors in ([before] if after is before else [before, after])
         ]
         if runs[0] is not None and runs[-1] is not None:
@@ -67,7 +58,7 @@ def _refitted(solver: Solver, fitted: Fitted) -> Fitted:
 
 
 def _drawn(fitted: Fitted, study: Study, solver: Solver, seed: int) -> Motor:
-    """A batch: the fitted motor, then others as likely as it."""
+    """A batch: the fitted motor, then draws from its covariance."""
     block = np.asarray(study.packed.lanes.cluster).reshape(-1)[solver.cells]
     spread = covariance(fitted, block)
     layout = fitted.layout
@@ -79,12 +70,3 @@ def _drawn(fitted: Fitted, study: Study, solver: Solver, seed: int) -> Motor:
     moved = np.clip(moved, -layout.longest, layout.longest)
     frees = np.clip(fitted.free + np.concatenate([np.zeros((1, len(size))), moved]), layout.low, layout.high)
     return to_jax(without_timing(motors_at(fitted.template, frees)))
-
-
-def _angle(study: Study, index: int) -> float:
-    """Of the shaft when segment `index` begins [rad]; 0 where it is not known."""
-    if study.trial.angle is None:
-        return 0.0
-    cells = study.packed.segment_of == index
-    row = study.packed.row_of[cells]
-    return float(np.asarray(study.trial.angle)[cells][np.argmin(row)]) if row.size else 0.0

@@ -10,7 +10,7 @@ from jaxmotor.estimate import Trace, floors, traces_of
 from jaxmotor.motor import Motor
 from jaxmotor.prediction import Packed, fit_initial_speeds
 from jaxmotor.recording import Recording
-from jaxmotor.validation import Score, pooled_score
+from jaxmotor.validation import Score, score_of
 
 DRAWS = 400
 
@@ -45,7 +45,7 @@ def scored(
         cells = used & (only.segment_of == index)
         by_segment[int(index)] = (float((plain[cells] ** 2).sum()), float(floor[cells].sum()))
     traces = traces_of(only, plain)
-    score = pooled_score(recording, only, plain, traces)
+    score = score_of(recording, only, plain, traces)
     return Scored(score, square_of(residual) / max(len(residual), 1), by_segment, traces)
 
 

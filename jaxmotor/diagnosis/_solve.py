@@ -22,7 +22,7 @@ from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residuals import residuals_program
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
-from jaxmotor.prediction import SPEED_STEP, without_initial_speeds
+from jaxmotor.prediction import SPEED_STEP, first_speeds, without_initial_speeds
 
 STEPS = 25
 WIDE_STEPS, WIDE_TOLERANCE = 8, 2e-4
@@ -31,7 +31,6 @@ SURE, HOPE = 2, 3.0
 """Steps after which a fit may be given up, and how many times what a step promises it may still hope for."""
 CRAWLED = 3
 """Steps in a row that bring next to nothing of what they promise, after which a fit is left where it is."""
-FIRST_ROWS = 3
 DAMPINGS = 1e-9 + np.geomspace(1e-4, 1e6, 21)
 DAMPING = 1e-9
 """Of the balanced normal equations, for what the recording does not show."""
@@ -93,7 +92,7 @@ class Solver:
         self.pieces = trial.problem.pieces + 1
         self.free_pieces = bool(np.any(lanes.free))
         self.scale = 1 / math.sqrt(trial.variance)
-        self.starts = _first_speeds(trial, self.pieces)
+        self.starts = first_speeds(trial)
         """Where the initial speeds of free pieces are sought from (k,) [rad/s]."""
 
     def residuals(self, motors: Motor, speeds: np.ndarray, width: int) -> np.ndarray:
@@ -252,19 +251,6 @@ class Solver:
 
     def _cost(self, at: "_At", layout: Layout) -> float:
         return square_of(at.residual) + _prior(at.free, layout)
-
-
-def _first_speeds(trial: Trial, pieces: int) -> np.ndarray:
-    """Of each piece that does not begin at rest, the mean of what its first rows show [rad/s]; else zero."""
-    lanes = trial.problem.lanes
-    speeds = np.zeros(pieces)
-    valid, piece = np.asarray(lanes.valid), np.asarray(lanes.piece)
-    for lane, row in zip(*np.nonzero(np.asarray(lanes.free)), strict=True):
-        used = np.flatnonzero(valid[lane] & (piece[lane] == piece[lane, row]))[:FIRST_ROWS]
-        if used.size:
-            speeds[piece[lane, row]] = float(np.asarray(lanes.observed)[lane, used].mean())
-    duration = float(np.asarray(trial.measured_log.duration))
-    return speeds * float(trial.problem.unit) / (duration if trial.problem.kind == "turn" else 1.0)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from jaxmotor.diagnosis._found import FINE, NEARLY
 from jaxmotor.diagnosis._free import OWN, with_effect
 from jaxmotor.diagnosis._request import Request
-from jaxmotor.diagnosis._search import FINE, NEARLY, TIE
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._trial import rig_of
@@ -13,6 +13,8 @@ from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import EFFECTS, LogFilter, TimingOffset
 from jaxmotor.recording import Recording
 
+TIE = 0.003
+"""Difference of chi2 that decides nothing."""
 LIKE = ("electrical_pole", "sensor_lag")
 """Effects that a reading before its voltage changes may be mistaken for."""
 

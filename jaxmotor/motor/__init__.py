@@ -6,7 +6,7 @@ from jaxmotor.motor._linear import Hold as Hold
 from jaxmotor.motor._linear import SecondOrder as SecondOrder
 from jaxmotor.motor._linear import linear_motor as linear_motor
 from jaxmotor.motor._motor import AbstractController as AbstractController
-from jaxmotor.motor._motor import Begin as Begin
+from jaxmotor.motor._motor import InitialAngle as InitialAngle
 from jaxmotor.motor._motor import Motor as Motor
 from jaxmotor.motor._motor import Rows as Rows
 from jaxmotor.motor._motor import Run as Run
@@ -18,6 +18,9 @@ from jaxmotor.motor._simulate import Motion as Motion
 from jaxmotor.motor._simulate import driven as driven
 from jaxmotor.motor._simulate import simulate as simulate
 from jaxmotor.motor._simulate import switched as switched
+from jaxmotor.motor._speed_law import SpeedLaw as SpeedLaw
+from jaxmotor.motor._speed_law import command as command
+from jaxmotor.motor._speed_law import quantised as quantised
 from jaxmotor.motor._warmth import warmth as warmth
 from jaxmotor.motor._zoh import hold_switched as hold_switched
 from jaxmotor.motor._zoh import hold_with_delay as hold_with_delay

@@ -19,6 +19,7 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxmotor.motor._linear import AbstractLinearMotor
 from jaxmotor.motor._readable import readable
 from jaxmotor.motor._scan import scan_rows
+from jaxmotor.motor._speed_law import SpeedLaw, command
 from jaxmotor.motor.effects._base import AbstractEffect, AbstractLagSensorEffect, Scalar, Source
 from jaxmotor.motor.effects._elementwise import elementwise
 from jaxmotor.motor.effects._substep import (
@@ -86,31 +87,18 @@ class AbstractController(eqx.Module):
 
 
 class SpeedLoop(AbstractController):
-    """u = kp e + ki ∫ e, within +-limit; the integral waits while u is at its limit and e would wind it up."""
+    """The PI law around the speed that the reading shows."""
 
-    kp_V_s: Scalar
-    """[V s/rad]."""
-    ki_V: Scalar
-    """[V/rad]."""
-    limit_V: Scalar
-    step_V: Scalar | None = None
-    """The voltage is rounded to a multiple of this, one step of the duty [V]."""
+    law: SpeedLaw
 
     def begin(self) -> Scalar:
-        return jnp.zeros_like(self.kp_V_s)
+        return jnp.zeros_like(self.law.gain)
 
     def volts(self, memory: Scalar, reference: Scalar, turned: Scalar, duration: Scalar) -> tuple[Scalar, Scalar]:
-        error = reference - turned / duration
-        wanted = self.kp_V_s * error + memory
-        volts = jnp.clip(wanted, -self.limit_V, self.limit_V)
-        winds_up = (wanted - volts) * error > 0
-        memory = memory + jnp.where(winds_up, 0.0, self.ki_V * duration * error)
-        if self.step_V is not None:
-            volts = jnp.round(volts / self.step_V) * self.step_V
-        return volts, jnp.clip(memory, -self.limit_V, self.limit_V)
+        return command(self.law, reference - turned / duration, memory, duration)
 
 
-class Begin(NamedTuple):
+class InitialAngle(NamedTuple):
     """Where the shaft stands before the first row."""
 
     angle: Float[Array, ""]
@@ -209,6 +197,7 @@ class _Setup(NamedTuple):
     supply: Scalar
     controller: AbstractController | None
     count_rad: Scalar | None
+    instantaneous: Bool[Array, ""] | None
 
     @property
     def back(self) -> Scalar:
@@ -236,8 +225,9 @@ def simulate_motor(
     controller: AbstractController | None = None,
     count_rad: Float[Array, ""] | None = None,
     used: Int[Array, ""] | None = None,
-    begin: Begin | None = None,
+    begin: InitialAngle | None = None,
     lengths: Float[Array, " 2"] | None = None,
+    instantaneous: Bool[Array, ""] | None = None,
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
@@ -245,16 +235,19 @@ def simulate_motor(
     is k motors in the same lanes, and results are (n, k, lane). A controller has one lane and one motor.
 
     `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
-    that is rounded to counts of `count_rad` [rad] where this is given. Rows from `used` on are not simulated. Without
-    `begin` the shaft stands at 0, in the middle of a count. `lengths` are a typical `duration` and the longest [s]:
-    given them, many rows of durations of their own are interpolated, to parts in 1e9, instead of computed one by one;
-    a row that is longer still is taken to be that long.
+    that is rounded to counts of `count_rad` [rad] where this is given and not 0; or, where `instantaneous`, around the
+    speed that a sensor shows at the tick. Rows from `used` on are not simulated. Without `begin` the shaft stands at 0,
+    in the middle of a count. `lengths` are a typical `duration` and the longest [s]: given them, many rows of durations
+    of their own are interpolated, to parts in 1e9, instead of computed one by one; a row that is longer still is taken
+    to be that long.
 
     **Raises:** `ValueError` where voltages may be early and a `controller`, which does not know them yet, chooses them.
     """
     shape = jnp.broadcast_shapes(*(jnp.shape(leaf) for leaf in jax.tree.leaves((motor, rows.initial_speed[0]))))
     motor = jax.tree.map(lambda leaf: jnp.reshape(leaf, (1,) * (len(shape) - jnp.ndim(leaf)) + jnp.shape(leaf)), motor)
-    setup = _Setup(motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad)
+    setup = _Setup(
+        motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad, instantaneous
+    )
     if controller is not None and setup.parts.early:
         raise ValueError("a controller cannot choose voltages that act before they are chosen")
     over = setup.over
@@ -337,12 +330,12 @@ def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) ->
     part = jnp.minimum(ticks - whole, 1.0)
     first = jnp.clip(jnp.ceil(part * steps.astype(part.dtype)).astype(steps.dtype), 1, steps)
     numbers = jnp.stack([first, steps + 1 - first]).astype(part.dtype)
-    both = jax.vmap(over)(jnp.stack([part, 1 - part]) * duration / numbers)
+    both = jax.vmap(over)(jnp.stack([part * duration, (1 - part) * duration]) / numbers)
     old, new = (jax.tree.map(operator.itemgetter(k), both) for k in (0, 1))
     return _Spans(old, new, first, steps + 1, whole.astype(steps.dtype))
 
 
-def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: Begin | None) -> _Carry:
+def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: InitialAngle | None) -> _Carry:
     zero = jnp.zeros(shape, volts.dtype)
     angle, reading = (zero, zero + 0.5) if begin is None else begin
     memory = tuple(zero for _ in setup.parts.memories)
@@ -362,7 +355,7 @@ def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
         x=setup.resting(row.speed),
         memory=tuple(effect.begin(memory, row.speed, pause) for effect, memory in effects),
         past=jnp.zeros_like(carry.past).at[:1].set(row.own if setup.parts.early else 0.0),
-        read=row.speed * row.duration,
+        read=-_rounded(carry.reading, -row.speed * row.duration, setup.count_rad)[0],
         control=None if setup.controller is None else setup.controller.begin(),
     )
     return jax.tree.map(lambda new, old: jnp.where(row.reset, new, old), new, carry)
@@ -371,7 +364,7 @@ def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
 def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carry, Run]:
     parts, volts, control = setup.parts, row.volts, carry.control
     if setup.controller is not None:
-        volts, control = setup.controller.volts(control, volts, carry.read, row.duration)
+        volts, control = setup.controller.volts(control, volts, _reading(setup, carry, row.duration), row.duration)
     past = jnp.concatenate([volts[None], carry.past[:-1]]) if parts.delays else carry.past
     old, new = (_ago(past, spans.whole + 1), _ago(past, spans.whole)) if parts.delays else (volts, volts)
     zero = jnp.zeros_like(carry.angle)
@@ -382,6 +375,14 @@ def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carr
     after = _Carry(state.x, state.memory, past, carry.angle + state.turn, read, reading, control)
     speed = carry.x[0]
     return after, Run(speed, state.turn, shown_speed(parts, speed, carry.memory, setup.supply), seen, volts)
+
+
+def _reading(setup: _Setup, carry: _Carry, duration: Scalar) -> Scalar:
+    """What the controller takes to have been turned in the last tick [rad]."""
+    if setup.instantaneous is None:
+        return carry.read
+    shown = shown_speed(setup.parts, carry.x[0], carry.memory, setup.supply)
+    return jnp.where(setup.instantaneous, shown * duration, carry.read)
 
 
 def _ago(past: Float[Array, "k *lanes"], ticks: Int[Array, "..."]) -> Scalar:
@@ -440,6 +441,7 @@ def _rounded(reading: Scalar, seen: Scalar, count_rad: Scalar | None) -> tuple[S
     """What the counter shows of `seen` [rad], and where it stands within a count."""
     if count_rad is None:
         return seen, reading
-    exact = reading + seen / count_rad
+    counts = count_rad > 0
+    exact = reading + seen / jnp.where(counts, count_rad, 1.0)
     whole = jnp.floor(exact)
-    return whole * count_rad, exact - whole
+    return jnp.where(counts, whole * count_rad, seen), exact - whole

@@ -3,9 +3,14 @@
 from jaxmotor.prediction._autoregression import autoregression as autoregression
 from jaxmotor.prediction._autoregression import k_steps as k_steps
 from jaxmotor.prediction._autoregression import one_step as one_step
+from jaxmotor.prediction._closed_loop import Conditions as Conditions
+from jaxmotor.prediction._closed_loop import Sensors as Sensors
+from jaxmotor.prediction._closed_loop import each as each
+from jaxmotor.prediction._closed_loop import simulate_loops as simulate_loops
 from jaxmotor.prediction._effects import predicted_readings as predicted_readings
 from jaxmotor.prediction._effects import residuals as residuals
 from jaxmotor.prediction._initial_state import SPEED_STEP as SPEED_STEP
+from jaxmotor.prediction._initial_state import first_speeds as first_speeds
 from jaxmotor.prediction._initial_state import fit_initial_speeds as fit_initial_speeds
 from jaxmotor.prediction._initial_state import without_beginnings as without_beginnings
 from jaxmotor.prediction._initial_state import without_initial_speeds as without_initial_speeds

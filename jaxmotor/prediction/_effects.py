@@ -57,12 +57,14 @@ def _by_row(values: Any, each: int = 1) -> Array:
 
 
 def _mean_speed(run: Run, problem: Problem) -> Float[Array, "row *batch lane"]:
-    """Mean over the window before each row; within the row in which it begins the speed is a straight line."""
+    """Mean over the window before each row; within the row in which it begins the speed is a parabola."""
     lanes, each = problem.lanes, run.seen_turn.ndim - 2
     angle = jnp.cumsum(run.seen_turn, axis=0) - run.seen_turn
     back, part, duration = (_by_row(values, each) for values in (lanes.back, lanes.part, lanes.duration))
     first = jnp.arange(len(angle), dtype=jnp.int32).reshape(-1, *(1,) * (angle.ndim - 1)) - back.astype(jnp.int32)
-    every = (angle, run.seen_speed, run.seen_turn, jnp.broadcast_to(duration, back.shape))
-    before, begin, turn, length = (jnp.take_along_axis(values, first, axis=0) for values in every)
-    inside = part * begin + (part / length) ** 2 * (turn - begin * length)
+    every = (angle, run.seen_speed, jnp.roll(run.seen_speed, -1, axis=0), run.seen_turn)
+    lengths = jnp.broadcast_to(duration, back.shape)
+    before, begin, end, turn, length = (jnp.take_along_axis(values, first, axis=0) for values in (*every, lengths))
+    share, rise, mean = part / length, (end - begin) * length, turn - begin * length
+    inside = part * begin + share**2 * (3 * mean - rise + share * (rise - 2 * mean))
     return (angle - before - inside) / problem.window

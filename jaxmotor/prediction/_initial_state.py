@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from jaxmotor.prediction._log import Log
 from jaxmotor.prediction._packing import Packed
 from jaxmotor.recording import Recording
 
@@ -13,6 +14,8 @@ LATE = 4
 SPEED_STEP = 0.05
 """Over which initial speeds are differenced [rad/s]."""
 ROUNDS = 3
+FIRST_ROWS = 3
+"""Of a piece, whose readings say at which speed about it begins."""
 
 
 def without_beginnings(recording: Recording, packed: Packed) -> Packed:
@@ -39,6 +42,19 @@ def _driven_before(recording: Recording, index: int) -> bool:
     tick = recording.period_s or float(np.median(np.diff(segment.time_s)))
     ago = segment.start_s - (before.start_s + before.time_s)
     return bool((before.volts[(ago > 0) & (ago < (LATE + 0.5) * tick)] != 0).any())
+
+
+def first_speeds(log: Log) -> np.ndarray:
+    """(k,) of each piece that does not begin at rest, the mean of what its first rows show [rad/s]; else zero."""
+    lanes = log.problem.lanes
+    speeds = np.zeros(log.problem.pieces + 1)
+    valid, piece = np.asarray(lanes.valid), np.asarray(lanes.piece)
+    for lane, row in zip(*np.nonzero(np.asarray(lanes.free)), strict=True):
+        used = np.flatnonzero(valid[lane] & (piece[lane] == piece[lane, row]))[:FIRST_ROWS]
+        if used.size:
+            speeds[piece[lane, row]] = float(np.asarray(lanes.observed)[lane, used].mean())
+    duration = float(np.asarray(log.measured_log.duration))
+    return speeds * float(log.problem.unit) / (duration if log.problem.kind == "turn" else 1.0)
 
 
 def fit_initial_speeds(

@@ -12,7 +12,7 @@ import numpy as np
 
 from jaxmotor.prediction._flexible_model import LogRows
 from jaxmotor.prediction._noise import Noise, estimated, rounding, unknown
-from jaxmotor.recording import Recording, Segment, at_duty
+from jaxmotor.recording import Recording, Segment, at_duty, is_steady
 
 LANES = 16
 
@@ -152,6 +152,8 @@ def pack(
     for number, (piece, lane, start) in enumerate(zip(pieces, lane_of, start_of, strict=True)):
         segment = recording.segments[piece.segment]
         _fill(packed, (lane, slice(start + piece.rest, start + _size(piece))), recording, piece, observation)
+        if is_steady(segment):
+            packed.valid[lane, start : start + _size(piece) // 2] = False
         cells = (lane, slice(start, start + _size(piece)))
         rows = np.maximum(np.arange(piece.rows.start - piece.rest, piece.rows.stop), piece.rows.start)
         packed.reset[cells] = np.arange(len(rows)) == 0
@@ -203,10 +205,10 @@ def pieces_of(recording: Recording, index: int) -> list[Piece]:
     """Runs of rows without a lost tick: what was applied in one is not known, so neither is the speed after it.
 
     Rest before the first voltage says nothing about the motor, only one rounding error many times over: one
-    row of it is kept.
+    row of it is kept. To a steady state the motor comes from rest: it would stay at any initial speed if it were slow.
     """
     segment = recording.segments[index]
-    first, free = 0, not segment.at_rest
+    first, free = 0, not (segment.at_rest or is_steady(segment))
     if segment.at_rest:
         # The first that is not zero, or the first of all.
         first = max(int(np.argmax(segment.volts != 0.0)) - 1, 0)

@@ -13,7 +13,7 @@ from jaxmotor.recording._table import read_table
 from jaxmotor.recording._text import limit_rows
 from jaxmotor.recording._units import Scale, split_input
 
-HOLD_S = 1.0
+HOLD_S = 2.0
 PAUSE_S = 1.0
 """Between one state and the next."""
 
@@ -36,9 +36,10 @@ def import_steady(
 ) -> Recording:
     """The steady states in the CSV at `path`, each as a segment in which voltage and speed stay as they are.
 
-    A row says that under a voltage the motor runs at a speed: so it does for the next `hold_s` seconds, whatever the
-    motor is, in ticks of `period_s` (that of the logs it is to be joined with). `input`, `speed` and the other
-    arguments are those of `import_log`.
+    A row says that under a voltage the motor runs at a speed: so it does for `hold_s` seconds, in ticks of `period_s`
+    (that of the logs it is to be joined with). Models come to it from rest and are compared with its second half, so
+    `hold_s` should be ten time constants of the motor or more. `input`, `speed` and the other arguments are those of
+    `import_log`.
 
     **Raises:** `RecordingError`.
     """
@@ -83,3 +84,8 @@ def import_steady(
         drive=drive,
         header={"imported": {"log": Path(path).name, "input": input, "speed": speed}},
     )
+
+
+def is_steady(segment: Segment) -> bool:
+    """`segment` is a steady state, held."""
+    return segment.parameters.get("steady") is True

@@ -1,24 +1,19 @@
 """Closed loop: a speed controller run on the model, against its run on the motor (Fig. 11 and 12, eq. 21)."""
 
-from typing import NamedTuple
-
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor._precision import to_jax
 from jaxmotor.estimate import Model
 from jaxmotor.motor import warmth
-from jaxmotor.prediction import bucket, pack, shaft_angles, supply_of
+from jaxmotor.prediction import pack
 from jaxmotor.recording import Recording
-from jaxmotor.validation._controller import Controller, compare_with_log, on_ticks
+from jaxmotor.validation._controller import Controller, Logged, compare_with_log, on_ticks
 from jaxmotor.validation._drawn_motors import draw_motors
-from jaxmotor.validation._draws import alone, interval, psi_of, relative_root, spread
-from jaxmotor.validation._effects_loop import Place, run_loops
-from jaxmotor.validation._effects_open import whole_log
-from jaxmotor.validation._loop_simulation import Sensor, simulate_loops
+from jaxmotor.validation._free_simulation import is_heated, whole_log
+from jaxmotor.validation._loops import run_loops
 from jaxmotor.validation._open_loop import initial_speed
-from jaxmotor.validation._response import Measures, Rows, measure, tail_of
+from jaxmotor.validation._response import Response, measure_runs, tail_of
 from jaxmotor.validation._validation import Band, ClosedLoop, Comparison, Interval
 
 OFF_PERCENT = 5.0
@@ -27,56 +22,35 @@ SETTLED = 0.02
 """Share of the change by which the ideal run may still move over the last quarter."""
 
 
-class Measured(NamedTuple):
-    """The motor's own run, at every tick."""
-
-    speed: np.ndarray
-    """(n,) as the controller saw it [rad/s]; over a gap the mean."""
-    volts: np.ndarray
-    """(n,) [V], NaN where the tick was lost."""
-    seen: np.ndarray
-    """(n,) `speed` was measured at this tick."""
-
-
-class Runs(NamedTuple):
-    """Simulated runs (1 + simulation, n), the ideal one of the model itself first."""
-
-    speed: np.ndarray
-    """As the controller saw it [rad/s]."""
-    volts: np.ndarray
-    """[V]"""
-
-
-class Ran(NamedTuple):
-    """What ran, and for how long."""
-
-    recording: Recording
-    segment: int
-    controller: Controller
-    now: float
-    """Of the controller's law."""
-    begins_at: float
-    """[rad/s]"""
-    ticks: int
-
-
 def validate_closed_loop(
     model: Model, recording: Recording, index: int, controller: Controller, key: jax.Array, simulations: int
 ) -> ClosedLoop:
     """The `closed_loop` segment `index`, run by `controller`."""
     assert recording.period_s is not None
     segment = recording.segments[index]
-    begins_at = 0.0 if segment.at_rest else initial_speed(model, recording, index)
-    measured = Measured(*on_ticks(recording, segment, begins_at))
-    off, now = compare_with_log(controller, recording, *measured)
-    ran = Ran(recording, index, controller, now, begins_at, len(measured.speed))
-    runs = _simulated(model, ran, key, simulations)
-    speed, volts = runs.speed[1:], runs.volts[1:]
-    time = np.arange(len(measured.speed)) * recording.period_s
-    own, first, predicted = _responses(runs.speed, measured.speed, time, begins_at)
+    initial = 0.0 if segment.at_rest else initial_speed(model, recording, index)
+    logged = on_ticks(recording, segment, initial)
+    off, now = compare_with_log(controller, recording.period_s, logged)
+    time = np.arange(len(logged.speed)) * recording.period_s
+    motors, encoders = jax.random.split(key)
+    number = simulations + 1
+    runs = run_loops(
+        draw_motors(model, number, motors),
+        recording,
+        index,
+        controller,
+        now,
+        len(time),
+        reading=np.asarray(jax.random.uniform(encoders, (number,))),
+        ideal=np.arange(number) == 0,
+        speed_rad_s=initial,
+        warmth=_initial_warmth(model, recording, index),
+    )
+    speed, volts = runs["seen"][1:], runs["volts"][1:]
+    own, first, predicted = measure_runs(logged.speed, runs["seen"], time, initial)
     saturated = _saturated(volts, controller)
-    speed_band, volts_band = _band(speed), _band(volts)
-    logged = np.isfinite(measured.volts)
+    speed_band, volts_band = Band.of(speed), Band.of(volts)
+    applied = np.isfinite(logged.volts)
     reference = controller.reference_rad_s
     return ClosedLoop(
         segment=index,
@@ -87,96 +61,34 @@ def validate_closed_loop(
         duty_step_V=controller.step_V or float("nan"),
         limit_V=controller.limit_V if np.isfinite(controller.limit_V) else float("nan"),
         time_s=time,
-        measured_speed_rad_s=np.where(measured.seen, measured.speed, np.nan),
-        measured_volts_V=measured.volts,
+        measured_speed_rad_s=np.where(logged.seen, logged.speed, np.nan),
+        measured_volts_V=logged.volts,
         speed=speed_band,
         volts=volts_band,
-        speed_inside_percent=_inside(measured.speed, speed_band, measured.seen),
-        volts_inside_percent=_inside(measured.volts, volts_band, logged),
+        speed_inside_percent=_inside(logged.speed, speed_band, logged.seen),
+        volts_inside_percent=_inside(logged.volts, volts_band, applied),
         controller_off_percent=off,
-        rise_time_s=_compare(own.rise_time, predicted.rise_time),
-        overshoot_percent=_compare(own.overshoot, predicted.overshoot),
-        steady_speed_rad_s=_compare(own.final, predicted.final),
-        steady_error_rad_s=_compare(reference - own.final, reference - predicted.final),
+        rise_time_s=Comparison.of(own.rise_time[0], predicted.rise_time),
+        overshoot_percent=Comparison.of(own.overshoot[0], predicted.overshoot),
+        steady_speed_rad_s=Comparison.of(own.final[0], predicted.final),
+        steady_error_rad_s=Comparison.of(reference - own.final[0], reference - predicted.final),
         theory_error_rad_s=_theory(model, controller),
         theory_error_with_offset_rad_s=_theory_with_offset(model, controller),
-        saturated_percent=_compare(_saturated(measured.volts[logged][None], controller), saturated),
-        notes=(*_notes(recording, index, controller, measured, off, runs, first), *_effect_notes(model, ran)),
+        saturated_percent=Comparison.of(_saturated(logged.volts[applied][None], controller)[0], saturated),
+        notes=_notes(recording, index, controller, logged, off, runs, first),
     )
 
 
-def _simulated(model: Model, ran: Ran, key: jax.Array, simulations: int) -> Runs:
-    """(1 + simulations, number of ticks), the ideal run of the model first."""
-    if model.effects:
-        return _simulated_with_effects(model, ran, key, simulations)
-    recording = ran.recording
-    assert recording.period_s is not None
-    runs = simulate_loops(
-        jnp.asarray(psi_of(model)),
-        jnp.asarray(relative_root(model)),
-        simulations + 1,
-        ran.controller.law(recording.period_s, ran.now),
-        _sensor(recording),
-        jnp.asarray(ran.begins_at),
-        jnp.asarray(recording.period_s),
-        jnp.zeros(bucket(ran.ticks)),
-        key,
-    )
-    return Runs(*(np.asarray(values)[:, : ran.ticks] for values in runs))
-
-
-def _simulated_with_effects(model: Model, ran: Ran, key: jax.Array, simulations: int) -> Runs:
-    recording, angles = ran.recording, shaft_angles(ran.recording)
-    angle = 0.0 if angles is None else float(angles[ran.segment][0])
-    place = Place.of(supply_of(recording), ran.begins_at, angle, _rise(model, recording, ran.segment))
-    of_motors, of_encoders = jax.random.split(key)
-    motors = draw_motors(model, simulations + 1, of_motors)
-    rounded, seed = np.arange(simulations + 1) > 0, int(jax.random.bits(of_encoders))
-    runs = run_loops(motors, rounded, ran.ticks, (recording, ran.controller, ran.now), place, seed)
-    return Runs(runs["counted"], runs["volts"])
-
-
-def _rise(model: Model, recording: Recording, index: int) -> float:
-    """Of the winding's resistance where the segment `index` begins [1]."""
+def _initial_warmth(model: Model, recording: Recording, index: int) -> float:
+    """Relative rise of the winding's resistance where the segment `index` begins [1]."""
+    if not is_heated(model.whole):
+        return 0.0
     packed = pack(recording, (index,))
     log = whole_log(model.whole, recording, packed)
     rise = warmth(to_jax(model.whole), log.measured_log)
+    assert rise is not None
     first = np.argmin(np.where(packed.segment_of == index, packed.row_of, len(recording.segments[index])))
-    return 0.0 if rise is None else float(rise[np.asarray(log.row).reshape(-1)[first]])
-
-
-def _sensor(recording: Recording) -> Sensor:
-    counts = recording.counts_per_rev
-    return Sensor(
-        jnp.asarray(2 * np.pi / counts if counts else 1.0),
-        jnp.asarray(counts is not None),
-        jnp.asarray(recording.measured == "speed" and recording.speed_window_s == 0.0),
-    )
-
-
-def _responses(
-    runs: np.ndarray, measured: np.ndarray, time: np.ndarray, begins_at: float
-) -> tuple[Measures, Measures, Measures]:
-    """Of the measured speed, of the ideal run, and of the simulated runs."""
-    number, size = len(time), bucket(len(time))
-    curves = np.zeros((len(runs) + 1, size))
-    curves[:-1, :number], curves[-1, :number] = runs, measured
-    plateau = np.arange(size) < number
-    period = float(time[1] - time[0])
-    rows = Rows(
-        jnp.asarray(np.arange(size) * period),
-        jnp.asarray(plateau),
-        jnp.asarray(tail_of(plateau)),
-        jnp.asarray(period),
-        jnp.asarray(begins_at),
-    )
-    every = measure(curves, rows)
-    return every.of(slice(-1, None)), every.of(slice(0, 1)), every.of(slice(1, -1))
-
-
-def _band(runs: np.ndarray) -> Band:
-    low, high = spread(runs)
-    return Band(runs.mean(axis=0), low, high)
+    return float(rise[np.asarray(log.row).reshape(-1)[first]])
 
 
 def _inside(values: np.ndarray, band: Band, used: np.ndarray) -> float:
@@ -184,12 +96,6 @@ def _inside(values: np.ndarray, band: Band, used: np.ndarray) -> float:
     slack = 1e-9 * max(float(np.abs(band.high).max()), float(np.abs(band.low).max()))
     inside = (values >= band.low - slack) & (values <= band.high + slack)
     return float(100 * inside[used].mean()) if used.any() else float("nan")
-
-
-def _compare(measured: np.ndarray, predicted: np.ndarray) -> Comparison:
-    low = interval(predicted)
-    slack = 1e-9 * abs(low.value)
-    return Comparison(alone(float(measured[0])), Interval(low.value, low.low - slack, low.high + slack))
 
 
 def _saturated(volts: np.ndarray, controller: Controller) -> np.ndarray:
@@ -203,7 +109,7 @@ def _theory(model: Model, controller: Controller) -> Interval:
         return Interval(0.0, 0.0, 0.0)
     loop = 1 + controller.gain_V_s_rad * float(model.motor.gain)
     if loop == 0:
-        return alone(float("nan"))
+        return Interval.alone(float("nan"))
     value, error = controller.reference_rad_s / loop, float(np.sqrt(max(model.covariance[0, 0], 0.0)))
     half = 1.96 * abs(value * controller.gain_V_s_rad / loop) * error
     return Interval(value, value - half, value + half)
@@ -222,10 +128,10 @@ def _notes(
     recording: Recording,
     index: int,
     controller: Controller,
-    measured: Measured,
+    logged: Logged,
     off: float,
-    runs: Runs,
-    ideal: Measures,
+    runs: dict[str, np.ndarray],
+    ideal: Response,
 ) -> tuple[str, ...]:
     notes = []
     where = f"segment {index}"
@@ -248,26 +154,19 @@ def _notes(
         notes.append(f"{where}: volts were logged, so the prediction has no duty quantisation")
     if controller.kind == "PI" and not segment.at_rest:
         notes.append(f"{where}: it begins in motion; the integral is taken to begin at zero")
-    return (*notes, *_steady_notes(where, controller, runs, ideal, measured.speed[0]))
+    return (*notes, *_steady_notes(where, controller, runs, ideal, logged.speed[0]))
 
 
-def _effect_notes(model: Model, ran: Ran) -> list[str]:
-    if not model.effects or not _sensor(ran.recording).instantaneous:
-        return []
-    return [
-        f"segment {ran.segment}: speeds were logged as they are at the tick; with effects the controller is simulated "
-        "on the mean over the tick before"
-    ]
-
-
-def _steady_notes(where: str, controller: Controller, runs: Runs, ideal: Measures, begins_at: float) -> list[str]:
+def _steady_notes(
+    where: str, controller: Controller, runs: dict[str, np.ndarray], ideal: Response, initial: float
+) -> list[str]:
     """Where eq. 21 does not apply."""
-    tail = tail_of(np.ones(runs.speed.shape[1], bool))
-    last, volts = runs.speed[0][tail], runs.volts[0][tail]
+    tail = tail_of(np.ones(runs["seen"].shape[1], bool))
+    last, volts = runs["seen"][0][tail], runs["volts"][0][tail]
     notes = []
     if np.abs(volts).mean() > 0.999 * controller.limit_V:
         notes.append(f"{where}: the reference is beyond what the supply can do; eq. 21 does not hold at the limit")
-    if np.ptp(last) > SETTLED * abs(float(ideal.final[0]) - begins_at) + 1e-9:
+    if np.ptp(last) > SETTLED * abs(float(ideal.final[0]) - initial) + 1e-9:
         notes.append(
             f"{where}: the model has not settled when the segment ends; the steady state is the mean over its last "
             "quarter"

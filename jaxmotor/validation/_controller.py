@@ -1,14 +1,7 @@
-"""The speed controller that a header describes, and whether it is the one that ran.
+"""The speed controller that a header describes, and whether it is the one that ran (`SpeedLaw`).
 
-At tick k, with y[k] the mean speed over the tick before (the count difference), R the reference, T the period:
-
-    e[k] = R - y[k]
-    u[k] = gain e[k] + A[k] + now Ki T e[k]
-    applied = the nearest duty to u[k], within the supply
-    A[k+1] = A[k] + Ki T e[k], unless u[k] is beyond the supply on the side to which e[k] pushes
-
-`now` is 1 where the integral includes the error of the same tick, and 0 where an error enters one tick later; rigs do
-either, so the one that agrees better with the log is taken.
+Its error is the reference minus the mean speed over the tick before, the count difference. Rigs include the error of
+the same tick in the integral, or not; so the law that agrees better with the log is taken.
 """
 
 import dataclasses
@@ -21,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxmotor.motor import SpeedLaw, command
 from jaxmotor.prediction import bucket
 from jaxmotor.recording import Recording, Segment
 
@@ -28,21 +22,15 @@ OFF_TOGETHER = 3
 GAIN_KEYS = ("gain", "gain_V_s_rad")
 
 
-class Law(NamedTuple):
-    """The controller's numbers."""
+class Logged(NamedTuple):
+    """The motor's own run, at every tick."""
 
-    reference: Float[Array, ""]
-    """[rad/s]"""
-    gain: Float[Array, ""]
-    """[V s/rad]"""
-    integral_step: Float[Array, ""]
-    """Ki T [V s/rad]."""
-    now: Float[Array, ""]
-    """The integral includes the error of the same tick: 1 or 0."""
-    limit: Float[Array, ""]
-    """Supply [V]; infinite where it is not known."""
-    step: Float[Array, ""]
-    """One duty [V]; 0 where the command is not quantised."""
+    speed: np.ndarray
+    """(n,) as the controller saw it [rad/s]; over a gap the mean."""
+    volts: np.ndarray
+    """(n,) [V], NaN where the tick was lost."""
+    seen: np.ndarray
+    """(n,) `speed` was measured at this tick."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,11 +50,9 @@ class Controller:
         """`P` or `PI`."""
         return "PI" if self.integral_gain_V_rad else "P"
 
-    def law(self, period_s: float, now: float) -> Law:
-        """For a period of `period_s` [s]."""
-        step = self.integral_gain_V_rad * period_s
-        values = (self.reference_rad_s, self.gain_V_s_rad, step, now, self.limit_V, self.step_V)
-        return Law(*(jnp.asarray(value) for value in values))
+    def law(self, now: float) -> SpeedLaw:
+        """With the error of the same tick in the integral where `now` is 1; the integral itself has no limit."""
+        return SpeedLaw.of(self.gain_V_s_rad, self.integral_gain_V_rad, self.limit_V, self.step_V, math.inf, now)
 
 
 def controller_of(recording: Recording, index: int) -> Controller | str:
@@ -103,33 +89,21 @@ def _number(value: Any) -> float | None:
     return float(value)
 
 
-def command(law: Law, integral: Float[Array, ""], speed: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """The voltage for a measured `speed` [rad/s], and the integral [V] after it."""
-    error = law.reference - speed
-    wanted = law.gain * error + integral + law.now * law.integral_step * error
-    applied = jnp.clip(wanted, -law.limit, law.limit)
-    duty = jnp.where(law.step > 0, law.step, 1.0)
-    applied = jnp.where(law.step > 0, duty * jnp.rint(applied / duty), applied)
-    winding_up = (jnp.abs(wanted) > law.limit) & (wanted * law.integral_step * error > 0)
-    return applied, integral + jnp.where(winding_up, 0.0, law.integral_step * error)
-
-
 @eqx.filter_jit
-def replay(law: Law, speed: Float[Array, " n"]) -> Float[Array, " n"]:
-    """Voltages [V] that the controller makes of the speeds it saw."""
+def replay(law: SpeedLaw, error: Float[Array, " n"], period: Float[Array, ""]) -> Float[Array, " n"]:
+    """Voltages [V] that the controller makes of the errors it saw."""
 
-    def tick(integral, speed):
-        volts, integral = command(law, integral, speed)
+    def tick(integral: Float[Array, ""], error: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        volts, integral = command(law, error, integral, period)
         return integral, volts
 
-    return jax.lax.scan(tick, jnp.zeros_like(law.gain), speed)[1]
+    return jax.lax.scan(tick, jnp.zeros_like(law.gain), error)[1]
 
 
-def on_ticks(recording: Recording, segment: Segment, before: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(n,) speed [rad/s] as the controller saw it at every tick, (n,) voltage, (n,) the speed was really seen.
+def on_ticks(recording: Recording, segment: Segment, before: float) -> Logged:
+    """What `segment` shows at every tick, also at lost ones; a mean over a gap leaves a controller's integral right.
 
-    The speed of lost ticks is the mean over the gap, which leaves a controller's integral right; their voltage is
-    NaN. `before` [rad/s] is the speed before the first tick, which counts do not show.
+    `before` [rad/s] is the speed before the first tick, which counts do not show.
     """
     assert segment.tick is not None and recording.period_s is not None
     ticks = segment.tick - segment.tick[0]
@@ -139,7 +113,7 @@ def on_ticks(recording: Recording, segment: Segment, before: float) -> tuple[np.
     seen = np.isin(grid - 1, ticks) & np.isin(grid, ticks)
     if segment.speed_rad_s is not None:
         seen = np.isin(grid, ticks)
-        return np.interp(grid, ticks, segment.speed_rad_s), volts, seen
+        return Logged(np.interp(grid, ticks, segment.speed_rad_s), volts, seen)
     angle = segment.angle_rad
     if segment.count is not None:
         assert recording.counts_per_rev is not None
@@ -147,41 +121,36 @@ def on_ticks(recording: Recording, segment: Segment, before: float) -> tuple[np.
     assert angle is not None
     speed = np.diff(np.interp(grid, ticks, angle)) / recording.period_s
     seen[0] = segment.at_rest
-    return np.concatenate([[before], speed]), volts, seen
+    return Logged(np.concatenate([[before], speed]), volts, seen)
 
 
-def compare_with_log(
-    controller: Controller, recording: Recording, speed: np.ndarray, volts: np.ndarray, seen: np.ndarray
-) -> tuple[float, float]:
+def compare_with_log(controller: Controller, period_s: float, logged: Logged) -> tuple[float, float]:
     """Share of ticks [%] whose voltage is more than one duty off the law's, and which `now` that is for.
 
     Where volts were logged, a hundredth of the largest takes the place of one duty.
     """
-    assert recording.period_s is not None
-    judged = seen & np.isfinite(volts)
+    compared = logged.seen & np.isfinite(logged.volts)
     shares = []
     for now in (1.0, 0.0):
-        off = _off(controller.law(recording.period_s, now), controller, speed, volts)[judged]
+        off = _off(controller, period_s, logged, now)[compared]
         shares.append((100 * float(off.mean()) if len(off) else 0.0, now))
     return min(shares, key=lambda share: share[0])
 
 
-def agreeing_ticks(
-    controller: Controller, recording: Recording, speed: np.ndarray, volts: np.ndarray, now: float
-) -> int:
+def agreeing_ticks(controller: Controller, period_s: float, logged: Logged, now: float) -> int:
     """The first ticks of a run, in which the header's law with this `now` is the one that ran.
 
     Until three ticks together are off: the header has one reference, but a rig may have gone on to another.
     """
-    assert recording.period_s is not None
-    off = _off(controller.law(recording.period_s, now), controller, speed, volts)
+    off = _off(controller, period_s, logged, now)
     together = np.convolve(off, np.ones(OFF_TOGETHER), "valid") == OFF_TOGETHER
-    return int(np.argmax(together)) if together.any() else len(speed)
+    return int(np.argmax(together)) if together.any() else len(off)
 
 
-def _off(law: Law, controller: Controller, speed: np.ndarray, volts: np.ndarray) -> np.ndarray:
+def _off(controller: Controller, period_s: float, logged: Logged, now: float) -> np.ndarray:
     """(n,) the law makes another voltage of the speeds than the one that was applied; never where that is lost."""
-    tolerance = controller.step_V or 0.01 * float(np.nanmax(np.abs(volts)))
-    padded = np.concatenate([speed, np.zeros(bucket(len(speed)) - len(speed))])
-    made = np.asarray(replay(law, jnp.asarray(padded)))[: len(speed)]
-    return np.nan_to_num(np.abs(made - volts), nan=0.0) > tolerance * (1 + 1e-6)
+    number = len(logged.speed)
+    tolerance = controller.step_V or 0.01 * float(np.nanmax(np.abs(logged.volts)))
+    error = controller.reference_rad_s - np.concatenate([logged.speed, np.zeros(bucket(number) - number)])
+    made = np.asarray(replay(controller.law(now), jnp.asarray(error), jnp.asarray(period_s)))[:number]
+    return np.nan_to_num(np.abs(made - logged.volts), nan=0.0) > tolerance * (1 + 1e-6)

@@ -1,4 +1,4 @@
-"""Motors with effects as likely as a model file says."""
+"""Draws of motors from the covariance of a model."""
 
 from typing import NamedTuple
 
@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
+from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate import KEYS, SHARE, Joint, Model, names_of
 from jaxmotor.motor import Motor, SecondOrder
 from jaxmotor.motor.effects import AbstractEffect, parameters
@@ -30,6 +31,8 @@ def draw_motors(model: Model, number: int, key: Key[Array, ""]) -> Motor:
 
     They are drawn from `model.joint`; where there is none, each parameter of an effect is drawn by itself. A parameter
     whose error is not known keeps its value, as the rig's voltage offset does.
+
+    **Raises:** `JaxmotorError` where the covariance is none.
     """
     whole, known = model.whole, _known(model)
     fields = ("gain", "pole", *(["electrical_time_constant"] if isinstance(whole.linear, SecondOrder) else []))
@@ -51,6 +54,11 @@ def _with(effect: AbstractEffect, drawn: dict[str, Float[Array, ""]]) -> Abstrac
     return type(effect)(**{name: drawn.get(f"{effect.name}.{name}", value) for name, value in own.items()})
 
 
+def check_covariance(model: Model) -> None:
+    """**Raises:** `JaxmotorError` where motors cannot be drawn from the covariance of `model`."""
+    _known(model)
+
+
 def _known(model: Model) -> Known:
     whole, joint = model.whole, model.joint or _apart(model)
     joint = joint.of([*KEYS[: whole.linear.order + 1], SHARE, *names_of(whole.effects)])
@@ -67,6 +75,10 @@ def _known(model: Model) -> Known:
     # What is hardly known is not drawn from beyond its own size.
     scale = scale * np.where(is_relative, np.maximum(error, 1.0), 1.0)
     size, axes = np.linalg.eigh(joint.covariance / np.outer(scale, scale))
+    if size.min() < -1e-6 * len(size) * np.abs(size).max():
+        raise JaxmotorError(
+            f"{model.source}: covariance is not one (it has a negative variance); write the model anew with identify"
+        )
     return Known(joint.names, value, is_relative, axes * np.sqrt(np.maximum(size, 0.0)))
 
 

@@ -6,9 +6,16 @@ from typing import Any
 
 from jaxmotor.estimate import Model, effects_to_json
 from jaxmotor.motor import SecondOrder
-from jaxmotor.validation._validation import ClosedLoop, Comparison, Interval, OpenLoop, Score, StepTrials, Validation
+from jaxmotor.validation._validation import ClosedLoop, Comparison, Interval, OpenLoop, StepTrials, Validation
 
 FORMAT = 1
+SCORE = ("samples", "fit_percent", "rmse_rad_s", "rmse_counts", "chi2_per_sample")
+STEPS = ("segments", "trials", "amplitude_V", "inside_percent", "rise_time_s", "final_speed_rad_s")
+CLOSED_LOOP = (
+    *("segment", "reference_rad_s", "gain_V_s_rad", "integral_gain_V_rad", "duty_step_V", "limit_V"),
+    *("controller_off_percent", "speed_inside_percent", "volts_inside_percent", "rise_time_s", "overshoot_percent"),
+    *("steady_speed_rad_s", "steady_error_rad_s", "saturated_percent", "notes"),
+)
 
 
 def to_json(validation: Validation) -> dict[str, Any]:
@@ -47,72 +54,35 @@ def _model(model: Model) -> dict[str, float]:
 
 def _open_loop(open_loop: OpenLoop) -> dict[str, Any]:
     return {
-        "pooled": _score(open_loop.pooled),
-        "segments": [{"segment": index} | _score(score) for index, score in open_loop.segments.items()],
+        "pooled": _fields(open_loop.pooled, SCORE),
+        "segments": [{"segment": index} | _fields(score, SCORE) for index, score in open_loop.segments.items()],
         "initial_speed_estimated": list(open_loop.initial_speed_estimated),
         "chi2_floor": "encoder" if open_loop.floor_known else "estimated",
     }
 
 
-def _score(score: Score) -> dict[str, Any]:
-    return {
-        "samples": score.samples,
-        "fit_percent": _number(score.fit_percent),
-        "rmse_rad_s": _number(score.rmse_rad_s),
-        "rmse_counts": _number(score.rmse_counts),
-        "chi2_per_sample": _number(score.chi2_per_sample),
-    }
-
-
 def _steps(steps: StepTrials) -> dict[str, Any]:
-    return {
-        "segments": list(steps.segments),
-        "trials": steps.trials,
-        "amplitude_V": _number(steps.amplitude_V),
-        "samples": len(steps.time_s),
-        "inside_percent": _number(steps.inside_percent),
-        "rise_time_s": _comparison(steps.rise_time_s),
-        "final_speed_rad_s": _comparison(steps.final_speed_rad_s),
-    }
+    return _fields(steps, STEPS) | {"samples": len(steps.time_s)}
 
 
 def _closed_loop(loop: ClosedLoop) -> dict[str, Any]:
-    return {
-        "segment": loop.segment,
-        "controller": loop.kind,
-        "reference_rad_s": loop.reference_rad_s,
-        "gain_V_s_rad": loop.gain_V_s_rad,
-        "integral_gain_V_rad": loop.integral_gain_V_rad,
-        "duty_step_V": _number(loop.duty_step_V),
-        "limit_V": _number(loop.limit_V),
-        "samples": len(loop.time_s),
-        "controller_off_percent": _number(loop.controller_off_percent),
-        "speed_inside_percent": _number(loop.speed_inside_percent),
-        "volts_inside_percent": _number(loop.volts_inside_percent),
-        "rise_time_s": _comparison(loop.rise_time_s),
-        "overshoot_percent": _comparison(loop.overshoot_percent),
-        "steady_speed_rad_s": _comparison(loop.steady_speed_rad_s),
-        "steady_error_rad_s": _comparison(loop.steady_error_rad_s)
-        | {
-            "theory": _interval(loop.theory_error_rad_s),
-            "theory_with_offset": _number(loop.theory_error_with_offset_rad_s),
-        },
-        "saturated_percent": _comparison(loop.saturated_percent),
-        "notes": list(loop.notes),
+    found = {"controller": loop.kind, "samples": len(loop.time_s)} | _fields(loop, CLOSED_LOOP)
+    found["steady_error_rad_s"] |= {
+        "theory": _plain(loop.theory_error_rad_s),
+        "theory_with_offset": _plain(loop.theory_error_with_offset_rad_s),
     }
+    return found
 
 
-def _comparison(comparison: Comparison) -> dict[str, Any]:
-    return {
-        "measured": _interval(comparison.measured),
-        "predicted": _interval(comparison.predicted),
-        "inside": comparison.inside,
-    }
+def _fields(record: Any, names: tuple[str, ...]) -> dict[str, Any]:
+    return {name: _plain(getattr(record, name)) for name in names}
 
 
-def _interval(interval: Interval) -> dict[str, float | None]:
-    return {"value": _number(interval.value), "low": _number(interval.low), "high": _number(interval.high)}
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+def _plain(value: Any) -> Any:
+    if isinstance(value, Comparison):
+        return _fields(value, ("measured", "predicted", "inside"))
+    if isinstance(value, Interval):
+        return _fields(value, value._fields)
+    if isinstance(value, tuple):
+        return list(value)
+    return value if not isinstance(value, float) or math.isfinite(value) else None

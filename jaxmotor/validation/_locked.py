@@ -3,15 +3,16 @@
 import dataclasses
 import math
 
+import equinox as eqx
 import jax
 import numpy as np
 
-from jaxmotor._precision import to_jax, to_numpy
+from jaxmotor._precision import to_jax
 from jaxmotor.estimate import Model
 from jaxmotor.motor.effects import parameters
 from jaxmotor.prediction import Log, pack, shaft_angles
 from jaxmotor.recording import Recording
-from jaxmotor.validation._effects_open import follow_motors, linear_speeds, whole_log
+from jaxmotor.validation._free_simulation import simulate_freely, whole_log
 
 TRIED = 8
 """Phases at once."""
@@ -32,28 +33,26 @@ def in_place(model: Model, recording: Recording, segments: tuple[int, ...]) -> t
         note = f"the recording does not show the shaft's angle throughout, which {names} depends on; it is left out"
         return _without(model, locked), [note]
     packed = pack(recording, segments)
-    log, start = whole_log(model.whole, recording, packed), linear_speeds(model, packed)
+    log = whole_log(model.whole, recording, packed)
     for again in range(ROUNDS):
         width = math.pi * (2 / TRIED) ** again
         for k in locked:
-            model = _turned(model, k, width, log, start)
+            model = _turned(model, k, width, log)
     return model, [f"where {names} stands in this recording's angle is fitted to these data: one number each"]
 
 
-def _turned(model: Model, place: int, width: float, log: Log, start: np.ndarray) -> Model:
+def _turned(model: Model, place: int, width: float, log: Log) -> Model:
     """`model` with the phase of one effect at the best of a few within `width` [rad] of its own."""
     effect = model.effects[place]
     phases = float(effect.phase_rad) + width * (np.arange(TRIED) * 2 / TRIED - 1)  # pyright: ignore[reportAttributeAccessIssue]
     tried = [_phased(model, place, phase) for phase in phases]
     motors = jax.tree.map(lambda *leaves: to_jax(np.stack(leaves)), *(one.whole for one in tried))
-    _, off = follow_motors(motors, log, start)
+    _, off = simulate_freely(motors, log)
     return tried[int(np.argmin((off**2).sum(axis=(1, 2))))]
 
 
 def _phased(model: Model, place: int, phase: float) -> Model:
-    effect = model.effects[place]
-    values = {name: float(getattr(effect, name)) for name in parameters(effect)} | {"phase_rad": phase}
-    turned = to_numpy(type(effect).of(**values))
+    turned = eqx.tree_at(lambda effect: effect.phase_rad, model.effects[place], np.asarray(phase))
     effects = tuple(turned if k == place else one for k, one in enumerate(model.effects))
     return dataclasses.replace(model, effects=effects)
 

@@ -1,14 +1,11 @@
 """Open loop: the model simulated freely under the voltage that was logged."""
 
-import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor.estimate import Model, Trace, chi2_per_sample, fit_percent, traces_of
-from jaxmotor.prediction import Packed, as_problem, pack, pieces_of, without_beginnings
+from jaxmotor.prediction import Packed, pack, pieces_of, without_beginnings
 from jaxmotor.recording import Recording
-from jaxmotor.validation._draws import psi_of
-from jaxmotor.validation._effects_open import follow_with_effects
-from jaxmotor.validation._follow import follow
+from jaxmotor.validation._free_simulation import simulate_model
 from jaxmotor.validation._timed import is_timed
 from jaxmotor.validation._validation import OpenLoop, Score
 
@@ -22,14 +19,14 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     packed = pack(recording, segments, rest_before=is_timed(model))
     if model.effects:
         packed = without_beginnings(recording, packed)
-    _, residual = followed(model, recording, packed)
+    _, residual = simulate_model(model, recording, packed)
     scored = np.unique(packed.segment_of[packed.lanes.valid])
     free = packed.segment_of[packed.lanes.free > 0]
     traces = traces_of(packed, residual)
     return OpenLoop(
-        pooled=_score(recording, packed, residual, None, traces),
+        pooled=score_of(recording, packed, residual, traces),
         segments={
-            int(index): _score(recording, packed, residual, int(index), (trace,))
+            int(index): score_of(recording, packed, residual, (trace,), int(index))
             for index, trace in zip(scored, traces, strict=True)
         },
         initial_speed_estimated=tuple(int(index) for index in np.unique(free)),
@@ -38,24 +35,11 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     )
 
 
-def pooled_score(recording: Recording, packed: Packed, residual: np.ndarray, traces: tuple[Trace, ...]) -> Score:
-    """Of all rows of `packed`; `residual` (lane, row) is measured minus simulated [units]."""
-    return _score(recording, packed, residual, None, traces)
-
-
 def initial_speed(model: Model, recording: Recording, segment: int) -> float:
     """Speed [rad/s] at the first row of `segment` that fits its first piece best under the logged voltage."""
     packed = pack(recording, (segment,))
-    speeds, _ = followed(model, recording, packed)
+    speeds, _ = simulate_model(model, recording, packed)
     return float(speeds[0])
-
-
-def followed(model: Model, recording: Recording, packed: Packed) -> tuple[np.ndarray, np.ndarray]:
-    """Initial speed of each piece (k,) [rad/s], and measured minus simulated (lane, row) [units]."""
-    if model.effects:
-        return follow_with_effects(model, recording, packed)
-    speeds, off = follow(as_problem(packed), jnp.asarray(psi_of(model)))
-    return np.asarray(speeds), np.asarray(off)
 
 
 def has_pieces(recording: Recording, segment: int) -> bool:
@@ -63,9 +47,10 @@ def has_pieces(recording: Recording, segment: int) -> bool:
     return bool(pieces_of(recording, segment)) and bool(pack(recording, (segment,)).lanes.valid.any())
 
 
-def _score(
-    recording: Recording, packed: Packed, residual: np.ndarray, segment: int | None, traces: tuple[Trace, ...]
+def score_of(
+    recording: Recording, packed: Packed, residual: np.ndarray, traces: tuple[Trace, ...], segment: int | None = None
 ) -> Score:
+    """Of all rows of `packed`, or of one segment's; `residual` (lane, row) is measured minus simulated [units]."""
     cells = packed.lanes.valid if segment is None else packed.lanes.valid & (packed.segment_of == segment)
     square = float((residual[cells] ** 2).mean())
     off = np.concatenate([trace.measured_rad_s - trace.simulated_rad_s for trace in traces])

@@ -1,12 +1,14 @@
 """Rise time, overshoot and final speed of one response, from noise-free, averaged or counted speeds alike."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
+
+from jaxmotor.prediction import bucket
 
 LOW, HIGH = 0.1, 0.9
 """Shares of the change between which the rise time is taken."""
@@ -30,14 +32,18 @@ class Rows(NamedTuple):
 
 
 class Response(NamedTuple):
-    """NaN where the speed does not change or does not get there."""
+    """Of one curve or many; NaN where the speed does not change or does not get there."""
 
-    rise_time: Float[Array, "*batch"]
+    rise_time: Float[Any, "*batch"]
     """[s]"""
-    overshoot: Float[Array, "*batch"]
+    overshoot: Float[Any, "*batch"]
     """Above the final speed [% of the change]."""
-    final: Float[Array, "*batch"]
+    final: Float[Any, "*batch"]
     """[rad/s]"""
+
+    def of(self, curves: slice) -> "Response":
+        """Of some of the curves."""
+        return Response(*(values[curves] for values in self))
 
 
 def response(curve: Float[Array, " n"], rows: Rows, half: Int[Array, ""]) -> Response:
@@ -55,20 +61,8 @@ def _responses(curves: Float[Array, "batch n"], rows: Rows, half: Int[Array, ""]
     return jax.vmap(response, (0, None, None))(curves, rows, half)
 
 
-class Measures(NamedTuple):
-    """`Response` of many curves as numpy arrays (curve,)."""
-
-    rise_time: np.ndarray
-    overshoot: np.ndarray
-    final: np.ndarray
-
-    def of(self, curves: slice) -> "Measures":
-        """Those of some of the curves."""
-        return Measures(*(values[curves] for values in self))
-
-
-def measure(curves: np.ndarray, rows: Rows) -> Measures:
-    """Rise time, overshoot and final speed of each of `curves` (curve, n) [rad/s].
+def measure(curves: np.ndarray, rows: Rows) -> Response:
+    """Rise time, overshoot and final speed of each of `curves` (curve, n) [rad/s], in numpy.
 
     All are smoothed over a quarter of the rise time of the first, which has no noise.
     """
@@ -77,7 +71,24 @@ def measure(curves: np.ndarray, rows: Rows) -> Measures:
     first = _responses(blocks, rows, jnp.asarray(0))
     half = _smoothing(float(first.rise_time[0]), rows)
     every = _responses(blocks, rows, jnp.asarray(half))
-    return Measures(*(np.asarray(values)[: len(curves)] for values in every))
+    return Response(*(np.asarray(values)[: len(curves)] for values in every))
+
+
+def measure_runs(
+    measured: np.ndarray, runs: np.ndarray, time: np.ndarray, initial: float
+) -> tuple[Response, Response, Response]:
+    """Of a `measured` speed (n,), of the first of `runs` (run, n), which has no noise, and of the others [rad/s].
+
+    `time` (n,) is that of all rows [s], `initial` the speed before them [rad/s].
+    """
+    number, size = len(time), bucket(len(time))
+    curves = np.zeros((len(runs) + 1, size))
+    curves[:-1, :number], curves[-1, :number] = runs, measured
+    period, used = float(time[1] - time[0]), np.arange(size) < number
+    rows = Rows(*map(jnp.asarray, (np.arange(size) * period, used, tail_of(used), period, float(initial))))
+    # Drawn motors may diverge.
+    every = measure(np.nan_to_num(curves, nan=0.0, posinf=0.0, neginf=0.0), rows)
+    return every.of(slice(-1, None)), every.of(slice(0, 1)), every.of(slice(1, -1))
 
 
 def _smooth(curve: Float[Array, " n"], used: Bool[Array, " n"], half: Int[Array, ""]) -> Float[Array, " n"]:

@@ -6,12 +6,10 @@ import numpy as np
 
 from jaxmotor.estimate import Model, student_t
 from jaxmotor.recording import Recording, Segment
-from jaxmotor.validation._draws import interval, psi_of, relative_root, spread
-from jaxmotor.validation._effects_open import mean_of_motors
-from jaxmotor.validation._response import Measures, Rows, measure, tail_of
+from jaxmotor.validation._response import Response, Rows, measure, tail_of
 from jaxmotor.validation._timed import is_timed
-from jaxmotor.validation._trials import Trials, mean_of_trials, trials_of
-from jaxmotor.validation._validation import Band, Comparison, Interval, StepTrials
+from jaxmotor.validation._trials import Trials, means_of_trials, trials_of
+from jaxmotor.validation._validation import Band, Comparison, Interval, StepTrials, limits
 
 
 def validate_steps(
@@ -19,12 +17,13 @@ def validate_steps(
 ) -> StepTrials:
     """`segments` (indices), all trials of one step."""
     trials = trials_of(recording, segments, is_timed(model))
-    encoded, nominal, speeds = _simulated(trials, model, recording, key, simulations)
+    encoded, exact, speeds = means_of_trials(model, recording, trials, simulations + 1, key)
+    encoded, nominal = encoded[1:], exact[0]
     present = np.asarray(np.isfinite(trials.measured).any(axis=0))
     mean, half_width = _measured_band(trials, present)
     rows = _rows(trials, recording.segments[segments[0]], present, nominal, speeds)
     measured, predicted = _responses(trials, rows, nominal, encoded)
-    low, high = spread(encoded[:, present])
+    low, high = limits(encoded[:, present])
     inside = np.abs(nominal[present] - mean) <= half_width + 1e-12 * np.abs(mean)
     return StepTrials(
         segments=segments,
@@ -33,31 +32,9 @@ def validate_steps(
         measured=Band(mean, mean - half_width, mean + half_width),
         predicted=Band(nominal[present], low, high),
         inside_percent=float(100 * inside.mean()),
-        rise_time_s=Comparison(_jackknife(measured.rise_time, len(segments)), interval(predicted.rise_time)),
-        final_speed_rad_s=Comparison(_jackknife(measured.final, len(segments)), interval(predicted.final)),
+        rise_time_s=Comparison(_jackknife(measured.rise_time, len(segments)), Interval.of(predicted.rise_time)),
+        final_speed_rad_s=Comparison(_jackknife(measured.final, len(segments)), Interval.of(predicted.final)),
     )
-
-
-def _simulated(
-    trials: Trials, model: Model, recording: Recording, key: jax.Array, simulations: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(simulation, size) mean of the trials as the encoder shows it; (size,) of the model itself without one; (k,)
-    initial speeds. All [rad/s]."""
-    number = simulations + 1
-    if model.effects:
-        encoded, exact, speeds = mean_of_motors(model, recording, trials, number, key)
-    else:
-        encoded, exact, speeds = mean_of_trials(
-            trials.problem,
-            jnp.asarray(trials.bins),
-            jnp.asarray(trials.scale),
-            len(trials.time_s),
-            jnp.asarray(psi_of(model)),
-            jnp.asarray(relative_root(model)),
-            number,
-            key,
-        )
-    return np.asarray(encoded)[1:], np.asarray(exact)[0], np.asarray(speeds)
 
 
 def _measured_band(trials: Trials, present: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -103,7 +80,7 @@ def _rows(trials: Trials, segment: Segment, present: np.ndarray, nominal: np.nda
     )
 
 
-def _responses(trials: Trials, rows: Rows, nominal: np.ndarray, encoded: np.ndarray) -> tuple[Measures, Measures]:
+def _responses(trials: Trials, rows: Rows, nominal: np.ndarray, encoded: np.ndarray) -> tuple[Response, Response]:
     """Of the measured mean (first the mean of all trials, then all but one), and of the simulated means."""
     number = len(trials.segments)
     kept = np.concatenate([np.ones((1, number)), 1 - np.eye(number)]) if number > 1 else np.ones((1, 1))

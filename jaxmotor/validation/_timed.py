@@ -2,24 +2,23 @@
 
 import dataclasses
 
-import jax.numpy as jnp
+import jax
 import numpy as np
 
-from jaxmotor._precision import to_numpy
+from jaxmotor._precision import to_jax, to_numpy
 from jaxmotor.estimate import MOST_ROWS, Model
 from jaxmotor.motor import SecondOrder
 from jaxmotor.motor.effects import TimingOffset
-from jaxmotor.prediction import LAG_S, as_problem, pack
+from jaxmotor.prediction import LAG_S, pack
 from jaxmotor.recording import Recording
-from jaxmotor.validation._draws import psi_of
-from jaxmotor.validation._follow import follow
+from jaxmotor.validation._free_simulation import simulate_freely, simulate_model, whole_log
 
 ROUNDS = 4
 STEP_ROWS = 1e-3
 ALIKE = 1.02
 """chi2 per sample up to which no offset is looked for."""
 SHARE = 0.5
-"""Of what is left over that an offset must explain."""
+"""Of the unexplained residual that an offset must explain."""
 
 
 def is_timed(model: Model) -> bool:
@@ -30,33 +29,38 @@ def is_timed(model: Model) -> bool:
 def in_time(model: Model, recording: Recording, segments: tuple[int, ...]) -> tuple[Model, list[str]]:
     """`model` with the timing offset that `segments` of `recording` show, and a note on it.
 
-    Only a linear model, where the header does not state the timing and the offset explains most of what is left over.
+    Only a linear model, where the header does not state the timing and the offset explains most of what the noise does
+    not.
     """
     if model.effects or recording.duty_delay_s is not None or not segments:
         return model, []
-    packed = pack(recording, segments, rest_before=True)
-    problem, row_s = as_problem(packed, timed=True), packed.durations[0]
+    packed = pack(recording, segments)
+    _, first = simulate_model(model, recording, packed)
     count, floor = packed.lanes.valid.sum(), packed.observation.floor if packed.observation.floor_known else 0.0
-
-    def off(rows: float) -> np.ndarray:
-        return np.asarray(follow(problem, jnp.asarray(np.append(psi_of(model), rows)))[1])
 
     def excess(residual: np.ndarray) -> float:
         return float((residual**2).sum() / count - floor)
 
-    rows, first = 0.0, off(0.0)
     if excess(first) < (ALIKE - 1) * floor:
         return model, []
-    residual = first
+    packed = pack(recording, segments, rest_before=True, noise=packed.observation.noise)
+    log, row_s = whole_log(model.whole, recording, packed), packed.durations[0]
+
+    def shifted(rows: float) -> Model:
+        # A motor without electrical lag sees what it lacks as rows that are read so much earlier.
+        lag = 0.0 if isinstance(model.motor, SecondOrder) else LAG_S[0]
+        effects = (to_numpy(TimingOffset.of(offset_s=rows * row_s - lag)),)
+        return dataclasses.replace(model, effects=effects, effect_errors=({"offset_s": float("nan")},))
+
+    rows = 0.0
     for _ in range(ROUNDS):
-        column = (off(rows + STEP_ROWS) - residual) / STEP_ROWS
+        wholes = shifted(rows).whole, shifted(rows + STEP_ROWS).whole
+        residual, moved = simulate_freely(jax.tree.map(lambda *leaves: to_jax(np.stack(leaves)), *wholes), log)[1]
+        column = (moved - residual) / STEP_ROWS
         rows = float(np.clip(rows - (column * residual).sum() / (column**2).sum(), -MOST_ROWS, MOST_ROWS))
-        residual = off(rows)
+    timed = shifted(rows)
+    _, residual = simulate_model(timed, recording, packed)
     if abs(rows) == MOST_ROWS or excess(residual) > (1 - SHARE) * excess(first):
         return model, []
-    # A motor without electrical lag sees what it lacks as rows that are read so much earlier.
-    offset = rows * row_s - (0.0 if isinstance(model.motor, SecondOrder) else LAG_S[0])
-    effects = (to_numpy(TimingOffset.of(offset_s=offset)),)
     when = f"{1e3 * abs(rows) * row_s:.3g} ms {'after' if rows > 0 else 'before'} the voltage changes"
-    note = f"rows of this recording are read {when}: fitted to these data, and no property of the motor"
-    return dataclasses.replace(model, effects=effects, effect_errors=({"offset_s": float("nan")},)), [note]
+    return timed, [f"rows of this recording are read {when}: fitted to these data, and no property of the motor"]

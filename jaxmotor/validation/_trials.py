@@ -2,16 +2,22 @@
 
 import dataclasses
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int, Key
+from jaxtyping import Array, Float, Int, Key, UInt32
 
-from jaxmotor.prediction import Packed, Problem, as_problem, bucket, pack, predict
+from jaxmotor._precision import to_jax
+from jaxmotor._programs import Arrays, program
+from jaxmotor.estimate import Model
+from jaxmotor.motor import Motor
+from jaxmotor.prediction import Log, Packed, Problem, bucket, pack, predicted_readings
 from jaxmotor.recording import Recording, Segment, lost_ticks
-from jaxmotor.validation._draws import draw_psi
-from jaxmotor.validation._follow import follow
+from jaxmotor.validation._drawn_motors import draw_motors
+from jaxmotor.validation._free_simulation import simulate_model, whole_log
+
+BATCH = 32
+"""Motors that are simulated side by side."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -20,7 +26,6 @@ class Trials:
 
     segments: tuple[int, ...]
     packed: Packed
-    problem: Problem
     bins: np.ndarray
     """(lane, row) common row, `size` where there is none."""
     scale: np.ndarray
@@ -76,7 +81,7 @@ def trials_of(recording: Recording, segments: tuple[int, ...], rest_before: bool
     time_s[bins[valid]] = packed.time_s[valid]
     floor[bins[valid]] = packed.observation.floor * scale[valid] ** 2
     bins = np.where(valid, bins, size).astype(np.int32)
-    return Trials(segments, packed, as_problem(packed), bins, scale, time_s, measured, floor)
+    return Trials(segments, packed, bins, scale, time_s, measured, floor)
 
 
 def _scale(packed: Packed) -> np.ndarray:
@@ -84,31 +89,50 @@ def _scale(packed: Packed) -> np.ndarray:
     return np.broadcast_to(packed.observation.unit / np.asarray(duration), packed.lanes.volts.shape).copy()
 
 
-@eqx.filter_jit
-def mean_of_trials(
-    problem: Problem,
+def means_of_trials(
+    model: Model, recording: Recording, trials: Trials, number: int, key: Key[Array, ""]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(number, size) mean over the trials [rad/s] as the encoder would show it, the same without an encoder, and (k,)
+    initial speeds [rad/s].
+
+    The first are of `model` itself, the others of motors drawn around it. Each piece begins at the speed that fits
+    `model` best.
+    """
+    log = whole_log(model.whole, recording, trials.packed)
+    speeds = np.zeros(trials.packed.pieces + 1)
+    if np.any(trials.packed.lanes.free):
+        speeds, _ = simulate_model(model, recording, trials.packed)
+    of_motors, of_encoder = jax.random.split(key)
+    keys = jax.random.key_data(jax.random.split(of_encoder, number))
+    # Whole batches, so that one is compiled.
+    drawn = jax.tree.map(_whole_batches, (draw_motors(model, number, of_motors), keys))
+    found = means_program(*drawn, to_jax(speeds), log, to_jax(trials.bins), to_jax(trials.scale), len(trials.time_s))
+    return np.asarray(found["encoded"])[:number], np.asarray(found["exact"])[:number], speeds
+
+
+def _whole_batches(leaf: Array) -> Array:
+    size = -(-len(leaf) // BATCH) * BATCH
+    return to_jax(np.resize(np.asarray(leaf), (size, *leaf.shape[1:])))
+
+
+@program
+def means_program(
+    motors: Motor,
+    keys: UInt32[Array, "number 2"],
+    speeds: Float[Array, " k"],
+    log: Log,
     bins: Int[Array, "lane row"],
     scale: Float[Array, "lane row"],
     size: int,
-    psi: Float[Array, " p"],
-    root: Float[Array, "m m"],
-    number: int,
-    key: Key[Array, ""],
-) -> tuple[Float[Array, "number size"], Float[Array, "number size"], Float[Array, " k"]]:
-    """Mean over the trials [rad/s] as the encoder would show it, and without an encoder; initial speeds [rad/s].
+) -> Arrays:
+    """`means_of_trials` for as many `motors` as `keys`."""
 
-    The first is of the motor ψ itself, the others of motors drawn around it (`root` is that of the covariance).
-    Each piece begins at the speed that fits ψ best.
-    """
-    speeds, _ = follow(problem, psi)
-    motors, encoder = jax.random.split(key)
+    def mean(drawn: tuple[Motor, UInt32[Array, " 2"]]) -> tuple[Float[Array, " size"], Float[Array, " size"]]:
+        motor, key = drawn[0], jax.random.wrap_key_data(drawn[1])
+        return averaged(predicted_readings(motor, speeds, log).T, log.problem, bins, scale, size, key)
 
-    def draw(both):
-        psi, key = both
-        return averaged(predict(psi, speeds, problem), problem, bins, scale, size, key)
-
-    drawn = (draw_psi(psi, root, number, motors), jax.random.split(encoder, number))
-    return *jax.lax.map(draw, drawn, batch_size=32), speeds
+    encoded, exact = jax.lax.map(mean, (motors, keys), batch_size=BATCH)
+    return {"encoded": encoded, "exact": exact}
 
 
 def averaged(

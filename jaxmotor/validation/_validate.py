@@ -12,7 +12,7 @@ from jaxmotor.estimate import AnyModel, Model, fingerprint, model_of
 from jaxmotor.recording import Recording, check_jumps, check_output, lost_ticks, recording_of, warn_sign
 from jaxmotor.validation._closed_loop import validate_closed_loop
 from jaxmotor.validation._controller import Controller, controller_of
-from jaxmotor.validation._draws import relative_root
+from jaxmotor.validation._drawn_motors import check_covariance
 from jaxmotor.validation._locked import in_place
 from jaxmotor.validation._open_loop import has_pieces, score_open_loop
 from jaxmotor.validation._steps import validate_steps
@@ -57,7 +57,7 @@ def validate(
         raise JaxmotorError(f"{simulations} simulations give no 95 % band; ask for {LEAST_SIMULATIONS} or more")
     check_output(recording)
     check_jumps(recording)
-    relative_root(model)
+    check_covariance(model)
     plan = _plan(model, recording)
     _something_left(recording, plan)
     scored = tuple(sorted((*plan.open_loop, *plan.closed_loop)))

@@ -11,6 +11,14 @@ from jaxmotor.estimate import Model, Trace
 
 MOST = 6
 """Results that are named one by one."""
+LIMITS = 0.025, 0.975
+"""Quantiles between which 95 % lie."""
+
+
+def limits(draws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Limits (along axis 0) between which one more draw lies with 95 %, however few the draws are."""
+    low, high = np.quantile(draws, LIMITS, axis=0, method="weibull")
+    return np.asarray(low), np.asarray(high)
 
 
 class Interval(NamedTuple):
@@ -19,6 +27,20 @@ class Interval(NamedTuple):
     value: float
     low: float
     high: float
+
+    @classmethod
+    def of(cls, draws: np.ndarray) -> "Interval":
+        """Mean and limits of the finite ones among `draws`; NaN where one in ten is not."""
+        finite = draws[np.isfinite(draws)]
+        if len(finite) < 0.9 * len(draws):
+            return cls(float("nan"), float("nan"), float("nan"))
+        low, high = limits(finite)
+        return cls(float(finite.mean()), float(low), float(high))
+
+    @classmethod
+    def alone(cls, value: float) -> "Interval":
+        """A value without an interval."""
+        return cls(float(value), float("nan"), float("nan"))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,6 +51,14 @@ class Comparison:
     """With the interval that the trials themselves give; NaN limits where there is one trial only."""
     predicted: Interval
     """Mean over the simulations, and where 95 of 100 of them lie."""
+
+    @classmethod
+    def of(cls, measured: float, draws: np.ndarray) -> "Comparison":
+        """Of one measured value and simulated ones; the limits belong to the interval, to rounding."""
+        predicted = Interval.of(draws)
+        slack = 1e-9 * abs(predicted.value)
+        widened = Interval(predicted.value, predicted.low - slack, predicted.high + slack)
+        return cls(Interval.alone(measured), widened)
 
     @property
     def inside(self) -> bool | None:
@@ -73,6 +103,11 @@ class Band:
     mean: np.ndarray
     low: np.ndarray
     high: np.ndarray
+
+    @classmethod
+    def of(cls, runs: np.ndarray) -> "Band":
+        """Of `runs` (run, n)."""
+        return cls(runs.mean(axis=0), *limits(runs))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

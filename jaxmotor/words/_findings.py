@@ -67,9 +67,7 @@ def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
 
 
 def likely(found: FoundEffect) -> str:
-    """The effect's probability, in brackets after its name; nothing where the noise is known, and decides."""
-    if found.probability is None or found.family_probability is None:
-        return ""
+    """The effect's probability, in brackets after its name."""
     told = f"probability {100 * found.probability:.0f} %"
     if any(rival.inseparable for rival in found.rivals):
         told += f", with what it may as well be {100 * found.family_probability:.0f} %"

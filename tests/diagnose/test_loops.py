@@ -53,9 +53,7 @@ def closed_loop(recording):
 
 
 def loop(hidden, motors):
-    run = in_float64(loop_of_motors)(
-        motors, hidden.recording, *closed_loop(hidden.recording), supply_V=rig(hidden.recording)[0]
-    )
+    run = in_float64(loop_of_motors)(motors, hidden.recording, *closed_loop(hidden.recording))
     assert run is not None
     return run
 
@@ -121,5 +119,5 @@ def test_a_controller_that_did_not_run_is_not_simulated():
     recording = hidden.recording
     index, controller = closed_loop(recording)
     controller = dataclasses.replace(controller, gain_V_s_rad=9.0)
-    run = in_float64(loop_of_motors)(truth(hidden), recording, index, controller, supply_V=rig(recording)[0])
+    run = in_float64(loop_of_motors)(truth(hidden), recording, index, controller)
     assert run is None

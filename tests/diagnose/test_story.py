@@ -43,7 +43,7 @@ def found_effect(name, relative=0.01, inseparable=True):
     effect = EFFECTS[name].start()
     error = {key: relative * abs(float(getattr(effect, key))) for key in parameters(effect)}
     rivals = [Rival(other, 0.1 * k, inseparable and k == 0) for k, other in enumerate(EFFECTS) if other != name]
-    return FoundEffect(effect, error, 30.0, tuple(rivals[:4]), ())
+    return FoundEffect(effect, error, 30.0, tuple(rivals[:4]), (), 0.8, 0.9)
 
 
 def with_effects(*names):
@@ -77,12 +77,13 @@ def test_every_effect_is_a_sentence_with_its_parameters(name):
 def test_units_are_those_of_people(name, values, shown):
     effect = EFFECTS[name].start(**values)
     error = {key: 0.01 * abs(float(getattr(effect, key))) for key in parameters(effect)}
-    assert shown in sentence(FoundEffect(effect, error, 30.0, (), ()))
+    assert shown in sentence(FoundEffect(effect, error, 30.0, (), (), 0.8, 0.9))
 
 
 def test_an_unknown_error_leaves_the_value():
     effect = EFFECTS["coulomb_friction"].start(volts_V=0.3)
-    assert "takes 300 mV whichever" in sentence(FoundEffect(effect, {"volts_V": math.nan}, 30.0, (), ("volts_V",)))
+    found = FoundEffect(effect, {"volts_V": math.nan}, 30.0, (), ("volts_V",), 0.8, 0.9)
+    assert "takes 300 mV whichever" in sentence(found)
 
 
 @pytest.mark.parametrize("name", ["clean", "friction", "late", "lag"])

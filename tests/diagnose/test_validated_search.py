@@ -11,10 +11,10 @@ from scipy.signal import lfilter
 from jaxmotor import diagnose
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._json import to_json
+from jaxmotor.diagnosis._search import Search
 from jaxmotor.diagnosis._study import study_of
 from jaxmotor.diagnosis._trial import rig_of
-from jaxmotor.diagnosis._validated_search import ValidatedSearch
-from jaxmotor.motor.effects import CoulombFriction, MissedCounts, ShaftCompliance, Stiction
+from jaxmotor.motor.effects import CoulombFriction, MissedCounts, Rig, ShaftCompliance, Stiction, SupplyDrift
 from jaxmotor.recording import Recording, Segment
 
 GAIN, POLE = 20.0, 12.0
@@ -109,15 +109,19 @@ def test_a_rig_without_counts_loses_none():
         (ShaftCompliance.of(frequency_Hz=8.0, damping_ratio=6.4, inertia_ratio=0.3), False),
         (MissedCounts.of(ratio=0.7, speed_rad_s=10.0), False),
         (CoulombFriction.of(volts_V=0.3), True),
+        (CoulombFriction.of(volts_V=5.1), False),
+        (SupplyDrift.of(rate_per_s=0.97), False),
+        (SupplyDrift.of(rate_per_s=-0.002), True),
     ],
 )
 def test_impossible_sizes_are_no_causes(effect, possible):
-    assert effect.possible() is possible
+    rig = Rig(5.0, (1.0, 5.0), 100.0, PERIOD_S, 60.0, turns=True)
+    assert effect.possible(rig) is possible
 
 
 def test_weights_of_all_models_sum_to_one(x64):
     recording = noisy_log(2)
     study = study_of(recording, POLE)
     first = linear_of(GAIN, POLE)
-    search = ValidatedSearch(study.solver, first, study.solver.fit(first), rig_of(recording, study.trial))
+    search = Search(study.solver, first, study.solver.fit(first), rig_of(recording, study.trial))
     assert search.weights() == {frozenset(): pytest.approx(1.0)}

@@ -21,6 +21,7 @@ from effect_cases import (
     volts,
 )
 
+from jaxmotor.motor import SpeedLaw
 from jaxmotor.motor._motor import SpeedLoop, simulate_motor
 
 pytestmark = pytest.mark.usefixtures("x64")
@@ -115,7 +116,7 @@ def test_closed_loop_is_the_plants(plant):
         run = p.loop(reference, kp, period_s=PERIOD)
     speed = reference * (COUNT / 16 / PERIOD)
     step = SUPPLY / FULL_SCALE
-    loop = SpeedLoop(number(kp * 16 / 4096 * step * PERIOD / COUNT), number(0.0), number(SUPPLY), number(step))
+    loop = SpeedLoop(SpeedLaw.of(kp * 16 / 4096 * step * PERIOD / COUNT, 0.0, SUPPLY, step))
     found = simulate_motor(
         motor("coulomb_friction"),
         rows(speed),

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from effect_cases import PERIOD, STEPS, SUPPLY, fast_turned, linear, motor, number, plan, rows, volts
 
-from jaxmotor.motor import simulate, warmth
+from jaxmotor.motor import SpeedLaw, simulate, warmth
 from jaxmotor.motor._motor import Motor, Rows, SpeedLoop, simulate_motor, steps_for
 from jaxmotor.motor.effects import EFFECTS, MeasuredLog, from_free, parameters, to_free, values_at
 
@@ -256,7 +256,7 @@ def test_coast_drive_gives_no_current_at_duty_zero():
 
 
 def test_speed_loop_reaches_its_reference_and_does_not_wind_up():
-    loop = SpeedLoop(number(0.1), number(2.0), number(SUPPLY))
+    loop = SpeedLoop(SpeedLaw.of(0.1, 2.0, SUPPLY))
     driven = rows(np.repeat([200.0, 40.0], 200))
     found = run(motor("coulomb_friction"), driven, controller=loop)
     assert found.volts[150] == SUPPLY
@@ -269,7 +269,7 @@ def test_closed_loop_is_differentiable():
 
     def speed(size):
         effect = EFFECTS["coulomb_friction"](volts_V=size)
-        loop = SpeedLoop(number(0.1), number(2.0), number(SUPPLY))
+        loop = SpeedLoop(SpeedLaw.of(0.1, 2.0, SUPPLY))
         return simulate_motor(Motor(linear(True), (effect,)), driven, number(PERIOD), number(SUPPLY), 5, loop).speed
 
     fast, size, step = jax.jit(speed), number(0.3), 1e-6

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmotor.motor import FirstOrder, Motor, Rows, SecondOrder, SpeedLoop, simulate, simulate_motor
+from jaxmotor.motor import FirstOrder, Motor, Rows, SecondOrder, SpeedLaw, SpeedLoop, simulate, simulate_motor
 from jaxmotor.motor.effects import EFFECTS, TimingOffset
 from jaxmotor.prediction import Reading, as_problem, observe, pack
 from jaxmotor.recording import Recording, Segment
@@ -96,6 +96,6 @@ def test_it_is_no_effect_of_a_motor_and_no_controller_can_have_it():
     assert "timing_offset" not in EFFECTS
     whole = Motor(motor(1), (TimingOffset.of(offset_s=1e-3),))
     rows = Rows(jnp.asarray(VOLTS), jnp.asarray(RESET), jnp.zeros(ROWS), jnp.asarray(np.arange(ROWS) * PERIOD))
-    loop = SpeedLoop(*(jnp.asarray(value) for value in (0.1, 1.0, 7.4)))
+    loop = SpeedLoop(SpeedLaw.of(0.1, 1.0, 7.4))
     with pytest.raises(ValueError, match="controller"):
         simulate_motor(whole, rows, jnp.asarray(PERIOD), jnp.asarray(7.4), controller=loop)

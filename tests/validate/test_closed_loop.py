@@ -3,15 +3,15 @@
 import dataclasses
 import re
 
-import jax.numpy as jnp
+import jax
 import numpy as np
 import pytest
-from rigs import COUNTS, FINE, FULL, PERIOD, SUPPLY, Rig, closed_loop, model, motor, open_loop, recording, step, without
+from rigs import COUNTS, FINE, FULL, PERIOD, SUPPLY, Rig, closed_loop, model, open_loop, recording, step, without
 
 from jaxmotor._precision import to_jax
 from jaxmotor.validation import to_json, validate
 from jaxmotor.validation._controller import Controller
-from jaxmotor.validation._loop_simulation import Begin, Sensor, simulate_loop
+from jaxmotor.validation._loops import run_loops
 
 COUNT = 2 * np.pi / (COUNTS * PERIOD)
 DUTY = SUPPLY / FULL
@@ -30,17 +30,11 @@ def test_the_loop_is_that_of_a_fine_integration(x64, values, gain, integral_gain
     rig = Rig(*values, offset_V=offset_V, substeps=FINE)
     segment = closed_loop(rig, 150, 37.7, gain, integral_gain)
     controller = Controller(37.7, gain, integral_gain, SUPPLY, DUTY)
-    run = simulate_loop(
-        to_jax(motor(values)),
-        jnp.asarray(offset_V),
-        controller.law(PERIOD, 1.0),
-        Sensor(jnp.asarray(2 * np.pi / COUNTS), jnp.asarray(True), jnp.asarray(False)),
-        Begin(jnp.asarray(0.0), jnp.asarray(0.37)),
-        jnp.asarray(PERIOD),
-        jnp.zeros(150),
-    )
-    np.testing.assert_array_equal(np.rint(np.asarray(run.volts) / DUTY), segment.duty)
-    np.testing.assert_array_equal(np.rint(np.asarray(run.speed)[1:] / COUNT), np.diff(segment.count))
+    motors = jax.tree.map(lambda leaf: to_jax(leaf[None]), model(*values, offset_V=offset_V).whole)
+    begin, exact = np.array([0.37]), np.zeros(1, bool)
+    run = run_loops(motors, recording(segment), 0, controller, 1.0, 150, reading=begin, ideal=exact)
+    np.testing.assert_array_equal(np.rint(run["volts"][0] / DUTY), segment.duty)
+    np.testing.assert_array_equal(np.rint(run["seen"][0][1:] / COUNT), np.diff(segment.count))
     assert np.abs(segment.duty).max() == FULL or integral_gain
 
 

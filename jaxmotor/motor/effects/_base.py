@@ -107,9 +107,13 @@ class AbstractEffect(eqx.Module):
         Laws that a factor makes larger or smaller (`scaled`) need one for each shape, others a few sizes.
         """
 
-    def possible(self) -> bool:
-        """A motor can have it of this size: what lies beyond is another law, or none."""
-        return True
+    def possible(self, rig: Rig) -> bool:
+        """A motor on `rig` can have it of this size: what lies beyond is another law, or none.
+
+        No effect takes more volts than there are.
+        """
+        volts = [name for name, about in parameters(self).items() if about["unit"] == "V"]
+        return all(abs(float(getattr(self, name))) < rig.supply_V for name in volts)
 
     def scaled(self, factor: float) -> "AbstractEffect":
         """About `factor` times as much of the effect; parameters whose neutral value is not zero stay."""

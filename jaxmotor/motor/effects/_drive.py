@@ -54,6 +54,10 @@ class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return () if rig.supply_logged else (cls.of(rate_per_s=0.07 / max(rig.duration_s, 1.0)),)
 
+    def possible(self, rig: Rig) -> bool:
+        """A supply that gains or loses more than half within a recording is none."""
+        return super().possible(rig) and abs(float(self.rate_per_s)) * rig.duration_s < 0.5
+
     def source(self, source: Source, time: Scalar) -> Source:
         return source._replace(supply=source.supply * (1 - self.rate_per_s * time))
 
@@ -139,9 +143,9 @@ class DirectionAsymmetry(AbstractDriveEffect, AbstractSourceEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return (cls.of(ratio=0.04),)
 
-    def possible(self) -> bool:
+    def possible(self, rig: Rig) -> bool:
         """Beyond that one direction would turn backward."""
-        return abs(float(self.ratio)) < 1
+        return super().possible(rig) and abs(float(self.ratio)) < 1
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
@@ -210,9 +214,9 @@ class SupplySag(AbstractDriveEffect, AbstractWindingEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return (cls.of(ratio=0.2),) if rig.supply_known and not rig.supply_logged else ()
 
-    def possible(self) -> bool:
+    def possible(self, rig: Rig) -> bool:
         """With more resistance than the winding a supply drives no motor."""
-        return float(self.ratio) < 1
+        return super().possible(rig) and float(self.ratio) < 1
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del memory

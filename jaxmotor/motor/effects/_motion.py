@@ -73,9 +73,9 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
         widths = [share * rig.speed_rad_s for share in (0.015, 0.04, 0.1)]
         return tuple(cls.of(volts_V=volts, static_volts_V=static, stribeck_speed_rad_s=width) for width in widths)
 
-    def possible(self) -> bool:
+    def possible(self, rig: Rig) -> bool:
         """Static friction below moving friction would be another law."""
-        return float(self.static_volts_V) >= float(self.volts_V)
+        return super().possible(rig) and float(self.static_volts_V) >= float(self.volts_V)
 
     def rubs(self, speed: Scalar) -> Scalar:
         near_rest = jnp.exp(-((speed / self.stribeck_speed_rad_s) ** 2))
@@ -172,9 +172,9 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
         assert memory is not None
         return winding.more_resistance(memory)
 
-    def possible(self) -> bool:
+    def possible(self, rig: Rig) -> bool:
         """Copper has 1.4 times the resistance at 120 °C: a motor that would reach six times would not last a run."""
-        return float(self.rise_ratio) < 5
+        return super().possible(rig) and float(self.rise_ratio) < 5
 
     def begin(self, memory: Scalar, speed: Scalar, pause: Scalar) -> Scalar:
         del speed
@@ -268,10 +268,11 @@ class ShaftCompliance(AbstractMotionEffect, AbstractLoadEffect):
         frequencies = np.geomspace(lowest, highest, number) if highest > lowest else []
         return tuple(cls.of(frequency_Hz=f, damping_ratio=0.08, inertia_ratio=0.35) for f in frequencies)
 
-    def possible(self) -> bool:
+    def possible(self, rig: Rig) -> bool:
         """From a damping of 1/√2 there is no resonance; the least damped of steel structures have about 0.001. A load
         of a hundred rotors turns no motor that a hobby supply drives."""
-        return 1e-3 <= float(self.damping_ratio) < math.sqrt(0.5) and float(self.inertia_ratio) < 100
+        rings = 1e-3 <= float(self.damping_ratio) < math.sqrt(0.5)
+        return super().possible(rig) and rings and float(self.inertia_ratio) < 100
 
     def load(self) -> Load:
         return Load(self.inertia_ratio, 2 * jnp.pi * self.frequency_Hz, self.damping_ratio, None)

@@ -37,9 +37,9 @@ class MissedCounts(AbstractSensorEffect, AbstractCountEffect):
         speeds = [share * rig.speed_rad_s for share in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)] if rig.counts else []
         return tuple(cls.of(ratio=0.06, speed_rad_s=speed) for speed in speeds)
 
-    def possible(self) -> bool:
+    def possible(self, rig: Rig) -> bool:
         """A counter that loses most of them shows no speed."""
-        return float(self.ratio) < 0.5
+        return super().possible(rig) and float(self.ratio) < 0.5
 
     def counted(self, step: Step) -> Scalar:
         # Within a step the speed is taken as a straight line, which crosses ws once at most.

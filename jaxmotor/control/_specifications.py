@@ -16,7 +16,7 @@ TINY = 1e-3
 """Overshoot [share] that counts as none."""
 
 
-def check_wishes(bandwidth_Hz: float | None, overshoot_percent: float, hardware: Hardware) -> None:
+def check_specifications(bandwidth_Hz: float | None, overshoot_percent: float, hardware: Hardware) -> None:
     """**Raises:** `JaxmotorError` for a bandwidth or an overshoot that no loop has."""
     if bandwidth_Hz is not None and not 0 < bandwidth_Hz < 0.5 / hardware.period_s:
         raise JaxmotorError(

@@ -1,0 +1,45 @@
+"""Where a search for effects ended, and what counts as explained."""
+
+import dataclasses
+
+from jaxmotor.diagnosis._solve import Fitted
+
+NEARLY = 1.06
+"""chi2 per sample up to which motors scatter that leave nothing but the encoder's error."""
+EXPLAINED = 1.15
+"""chi2 per sample up to which nothing is unexplained; two laws are not that exact themselves."""
+ROUGH = {"missed_counts": 2.1, "backlash": 1.5}
+"""The same where an effect is named whose law is not exact: lost counts are rounded twice, and where in its gap a load
+hangs at the start of an experiment is not known."""
+COARSE = 2e-4
+"""Part of chi2 that a step of a fit must promise while effects are compared; `FINE` once they are chosen."""
+FINE = 1e-6
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Named:
+    """One effect of the motor that was found, and what else could be in its place."""
+
+    name: str
+    rivals: tuple[Fitted, ...]
+    """Motors with another effect in its place, the best first."""
+    probability: float
+    """The sum of the weights of all models that have it."""
+    with_equal: float
+    """The same with effects that are not told from it."""
+    equal: frozenset[str]
+    """The same: effects of `rivals` that blocks left out do not tell from it."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Found:
+    """Where the search ended."""
+
+    linear: Fitted
+    fitted: Fitted
+    named: tuple[Named, ...]
+
+
+def enough(names: tuple[str, ...], otherwise: float) -> float:
+    """chi2 per sample at which a motor with these effects leaves nothing unexplained."""
+    return max([otherwise, *(ROUGH[name] for name in names if name in ROUGH)])
