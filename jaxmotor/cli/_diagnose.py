@@ -6,8 +6,10 @@ from typing import Annotated
 
 import typer
 
+from jaxmotor._sentences import printable
 from jaxmotor.cli._each import for_each
 from jaxmotor.cli._folder import check_names, make_folder
+from jaxmotor.cli._progress import progress
 
 
 def diagnose_command(
@@ -27,18 +29,21 @@ def diagnose_command(
 
 
 def _one(path: Path, json: bool, output: Path | None, seed: int) -> None:
-    from jaxmotor.cli._runtime import prepare_jax
-    from jaxmotor.recording import read
+    with progress(f"reading {printable(path.name)}") as tell:
+        from jaxmotor.cli._runtime import prepare_jax
+        from jaxmotor.recording import read
 
-    recording = read(path)
-    prepare_jax(threads=True)
-    from jaxmotor.cli._story import diagnosis_text
-    from jaxmotor.diagnosis import diagnose, to_json
+        recording = read(path)
+        tell("loading JAX")
+        prepare_jax(threads=True)
+        from jaxmotor.cli._story import diagnosis_text
+        from jaxmotor.diagnosis import diagnose, to_json
 
-    diagnosis = diagnose(recording, seed=seed)
-    written = []
-    if output is not None:
-        from jaxmotor.present import write_diagnosis
+        diagnosis = diagnose(recording, seed=seed, on_progress=lambda now: tell(now.stage))
+        written = []
+        if output is not None:
+            from jaxmotor.present import write_diagnosis
 
-        written = write_diagnosis(diagnosis, recording, output)
+            tell("writing figures")
+            written = write_diagnosis(diagnosis, recording, output)
     typer.echo(json_module.dumps(to_json(diagnosis)) if json else diagnosis_text(diagnosis, written))

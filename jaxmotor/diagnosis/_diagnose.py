@@ -1,7 +1,11 @@
 """From a recording to what its linear model gets wrong, why, and what a longer model is worth."""
 
+import os
+from collections.abc import Callable, Iterable
+
 import numpy as np
 
+from jaxmotor._arguments import check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
@@ -18,6 +22,7 @@ from jaxmotor.diagnosis._loops import loop_gains
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._request import Progress, Request
 from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
 from jaxmotor.diagnosis._solve import Fitted
@@ -27,7 +32,7 @@ from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
 from jaxmotor.motor import EFFECTS, Motor
 from jaxmotor.motor.effects import OF_LOG
-from jaxmotor.recording import Recording, check
+from jaxmotor.recording import Recording, check, recording_of
 
 OUTSIDE = 0.6
 """Share of the missing volts that depends on time alone where something acts on the motor from outside."""
@@ -43,30 +48,48 @@ UNKNOWN = 0.5
 
 
 @in_float64
-def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
+def diagnose(
+    recording: Recording | str | os.PathLike[str],
+    *,
+    effects: Iterable[str] | None = None,
+    exclude: Iterable[str] = (),
+    seed: int = 0,
+    on_progress: Callable[[Progress], object] | None = None,
+) -> Diagnosis:
     """Say what the linear motor of `recording` gets wrong, name the causes, and measure what knowing them is worth.
+
+    `recording` may be the path of its file. Only `effects` (names in `EFFECTS`; None: all) without those in `exclude`
+    are sought. `on_progress` is called with a `Progress` as the work goes on, by one thread at a time; what it raises
+    ends the work.
 
     `seed` draws the shuffles that tell a dependence from chance, and encoder offsets.
 
     **Raises:** `JaxmotorError`, one sentence, where the recording does not determine a linear motor.
     """
+    recording = recording_of(recording)
+    check_whole("seed", seed)
+    request = Request(effects, exclude, on_progress)
+    request.tell(0)
     fit, refused = _linear_fit(recording, seed)
     recording, first = stated(recording, fit.average), linear_of(float(fit.motor.gain), float(fit.motor.pole))
-    study, linear = timed(recording, fit, first) or _untimed(recording, first)
+    study, linear = timed(recording, fit, first, request) or _untimed(recording, first, request)
     before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
     missing = _missing(study, linear.motor, before.traces)
     found_looks = looks(missing, seed)
+    request.tell(1)
     found = Search(study.solver, first, linear, rig_of(recording, study.trial)).run()
     after, left, left_looks = _left(study, found, seed) if found.named else (before, missing, found_looks)
     if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
         found, after, left, left_looks = Found(linear, linear, ()), before, missing, found_looks
+    request.tell(2)
     held = hold_out(study, found)
+    request.tell(3)
     verdict = _verdict(found, found_looks, left, left_looks)
     spread = with_average(covariance(found.fitted, study.block), fit)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
-    effects, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
-    twins = _twins(found, effects)
+    causes, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
+    twins = _twins(found, causes)
     errors = linear_errors(found.fitted, with_twins(found.fitted, spread, list(twins.values())))
     opened, allowed = left_open(study, fit, found, errors)
     undecided = verdict == "complete" and moves(opened, found.fitted.motor)
@@ -77,7 +100,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         standard_error=errors,
         covariance=linear_covariance(found.fitted, spread),
         joint=joint_covariance(found.fitted, spread, rig_of(study.recording, study.trial)),
-        effects=effects,
+        effects=causes,
         verdict="unexplained" if undecided else verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
         whole=worth_of(fit.fitted, before, after, seed),
@@ -90,7 +113,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         learned=learn(recording, study.solver, found.fitted) if verdict == "unexplained" else (),
         experiments=_experiments(study, found.fitted, twins),
         notes=_once(
-            *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, effects),
+            *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, causes),
             *_ambiguous(found.fitted, spread, twins),
             *(one.sentence for one in (fit.average, timing) if one is not None),
             *(one.note for one in opened),
@@ -108,9 +131,9 @@ def _once(*notes: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(notes))
 
 
-def _untimed(recording: Recording, first: Motor) -> tuple[Study, Fitted]:
+def _untimed(recording: Recording, first: Motor, request: Request) -> tuple[Study, Fitted]:
     """`recording`, read as its voltages change, and the linear motor that fits it."""
-    study = study_of(recording, float(first.linear.pole))
+    study = study_of(recording, float(first.linear.pole), request=request)
     return study, study.solver.fit(first, tolerance=FINE)
 
 

@@ -138,7 +138,11 @@ class Search:
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
         self._extend(self._without_each(fitted), LATER)
-        self._keep(side_by_side(functools.partial(self._fit, fitted), _likewise(fitted, beside=False)))
+        self._keep(
+            side_by_side(
+                functools.partial(self._fit, fitted), _likewise(fitted, self.solver.request.effects, beside=False)
+            )
+        )
 
     def _fit(self, near: Fitted, motor: Motor) -> Fitted:
         return self.solver.fit(motor, near.speeds, COARSE)
@@ -161,7 +165,7 @@ class Search:
                 if names not in self.tried and name in ranked:
                     tasks.setdefault(names, (base, ranked[name]))
             if not quiet:
-                shared += [(base, motor) for motor in _likewise(base, beside=True)]
+                shared += [(base, motor) for motor in _likewise(base, self.solver.request.effects, beside=True)]
         self.tried.update(tasks)
         found = side_by_side(lambda task: self._best_of(*task), tasks.values())
         self._keep(found + side_by_side(lambda task: self._fit(*task), shared))
@@ -258,8 +262,9 @@ def _leaders(base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: 
     return chosen + [name for name in also if name in order and name not in chosen]
 
 
-def _likewise(fitted: Fitted, *, beside: bool) -> list[Motor]:
-    """`fitted` with effects of `KIN` in the place of each other, or `beside` each other, with half the size each."""
+def _likewise(fitted: Fitted, allowed: Names, *, beside: bool) -> list[Motor]:
+    """`fitted` with `allowed` effects of `KIN` in the place of each other, or `beside` each other, with half the size
+    each."""
     motors = []
     for effect in fitted.motor.effects:
         kin = next((names for names in KIN if effect.name in names), ())
@@ -267,7 +272,8 @@ def _likewise(fitted: Fitted, *, beside: bool) -> list[Motor]:
         size = 0.5 * size if beside else size
         bare = without_effect(fitted.motor, effect.name)
         rest = with_effect(bare, _sized(type(effect), size)) if beside and kin else bare
-        others = [EFFECTS[name] for name in kin if name not in fitted.names and name not in _barred(rest)]
+        names = allowed.difference(fitted.names, _barred(rest))
+        others = [EFFECTS[name] for name in kin if name in names]
         motors += [with_effect(rest, _sized(other, size)) for other in others]
     return motors
 
