@@ -81,7 +81,6 @@ def diagnose(
     after, left, left_looks = _left(study, found, seed) if found.named else (before, missing, found_looks)
     if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
         found, after, left, left_looks = Found(linear, linear, ()), before, missing, found_looks
-    request.tell(2)
     held = hold_out(study, found)
     request.tell(3)
     verdict = _verdict(found, found_looks, left, left_looks)
