@@ -107,6 +107,8 @@ def test_a_rig_without_counts_loses_none():
         (Stiction.of(volts_V=0.3, static_volts_V=0.2, stribeck_speed_rad_s=1.0), False),
         (Stiction.of(volts_V=0.3, static_volts_V=0.4, stribeck_speed_rad_s=1.0), True),
         (ShaftCompliance.of(frequency_Hz=8.0, damping_ratio=6.4, inertia_ratio=0.3), False),
+        (ShaftCompliance.of(frequency_Hz=0.04, damping_ratio=0.5, inertia_ratio=20.0), False),
+        (ShaftCompliance.of(frequency_Hz=2.5, damping_ratio=0.05, inertia_ratio=3.0), True),
         (MissedCounts.of(ratio=0.7, speed_rad_s=10.0), False),
         (CoulombFriction.of(volts_V=0.3), True),
         (CoulombFriction.of(volts_V=5.1), False),
