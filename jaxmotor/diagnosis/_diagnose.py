@@ -80,7 +80,7 @@ def diagnose(
     found = Search(study.solver, first, linear, rig_of(recording, study.trial)).run()
     after, left, left_looks = _left(study, found, seed) if found.named else (before, missing, found_looks)
     if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
-        found, after, left, left_looks = Found(linear, linear, ()), before, missing, found_looks
+        found, after, left, left_looks = Found(linear, linear, (), {}), before, missing, found_looks
     held = hold_out(study, found)
     request.tell(3)
     verdict = _verdict(found, found_looks, left, left_looks)
@@ -100,6 +100,7 @@ def diagnose(
         covariance=linear_covariance(found.fitted, spread),
         joint=joint_covariance(found.fitted, spread, rig_of(study.recording, study.trial)),
         effects=causes,
+        probabilities=found.probabilities,
         verdict="unexplained" if undecided else verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
         whole=worth_of(fit.fitted, before, after, seed),

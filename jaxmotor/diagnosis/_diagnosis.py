@@ -139,6 +139,9 @@ class Diagnosis(Shown):
     """Of all four and the effects' parameters (`coulomb_friction.volts_V`), but for those that are not determined."""
     effects: tuple[FoundEffect, ...]
     """The largest held-out gain first."""
+    probabilities: dict[str, float]
+    """Of each effect that was tried, and of `none`, the largest first; nothing where a disturbance from outside lets
+    none be trusted."""
     verdict: Verdict
     """`complete`: nothing is left over; `extended`: nothing beside the effects; `unexplained`: something is, or the
     input leaves open what it could be (`undecided`); see `looks_like`."""

@@ -69,6 +69,7 @@ PRICE, MORE, RARE = 1.5, 0.75, 0.75
 """Of an effect with one parameter, of each parameter more, and of effects that are rare (`USUAL`), in logarithms of
 probability."""
 
+NONE = "none"
 Names = frozenset[str]
 
 
@@ -110,7 +111,7 @@ class Search:
             fitted = better
         fitted = self._likely(fitted)
         named = tuple(self._named(fitted, name) for name in self._causes(fitted))
-        return Found(self.linear, self._refined(fitted) if named else self.linear, named)
+        return Found(self.linear, self._refined(fitted) if named else self.linear, named, self._probabilities())
 
     def _simpler(self, names: Names) -> list[Names]:
         """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
@@ -134,6 +135,11 @@ class Search:
     def probability(self, *effects: str) -> float:
         """Of any of these `effects`: the sum over the models that have one."""
         return sum(weight for names, weight in self.weights().items() if names.intersection(effects))
+
+    def _probabilities(self) -> dict[str, float]:
+        tried = {name for names in self.visited for name in names - self.own}
+        each = {NONE: self.weights()[self.own]} | {name: self.probability(name) for name in tried}
+        return dict(sorted(each.items(), key=lambda item: -item[1]))
 
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""

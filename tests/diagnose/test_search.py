@@ -68,14 +68,18 @@ def test_gain_and_pole_lie_in_their_intervals(with_both):
 
 
 def test_probabilities_are_in_the_json(with_both):
-    for effect in to_json(with_both)["effects"]:
-        assert 0.5 < effect["probability"] <= effect["family_probability"] <= 1.0 + 1e-9
+    content = to_json(with_both)
+    for effect in content["effects"]:
+        assert 0.5 < effect["probability"] <= effect["family_probability"] <= 1.0
+        assert content["probabilities"][effect["name"]] == effect["probability"]
+    assert content["probabilities"]["none"] < 1e-6
 
 
 def test_nothing_is_named_where_nothing_is_hidden():
     found = diagnose(noisy_log(2))
     assert found.verdict == "complete"
     assert not found.effects
+    assert next(iter(found.probabilities)) == "none"
 
 
 def test_a_measured_step_is_explained_as_well_as_by_hand():
