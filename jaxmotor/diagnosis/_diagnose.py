@@ -23,6 +23,7 @@ from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._request import Progress, Request
+from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
 from jaxmotor.diagnosis._solve import Fitted
@@ -83,7 +84,7 @@ def diagnose(
         found, after, left, left_looks = Found(linear, linear, (), {}), before, missing, found_looks
     held = hold_out(study, found)
     request.tell(3)
-    verdict = _verdict(found, found_looks, left, left_looks)
+    verdict = _verdict(study, found, found_looks, left, left_looks)
     spread = with_average(covariance(found.fitted, study.block), fit)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
@@ -154,19 +155,27 @@ def _left(study: Study, found: Found, seed: int) -> tuple[Scored, MissingVolts, 
 
 def _from_outside(study: Study, found: Found, seen: tuple[Look, ...]) -> bool:
     """By what is `seen` before and after, something outside moves the motor, which the effects only seem to explain."""
-    unexplained = found.fitted.chi2 > enough(found.fitted.names, EXPLAINED)
     outside = any(look.outside and look.share > OUTSIDE for look in seen)
-    return study.packed.observation.floor_known and unexplained and outside
+    return study.packed.observation.floor_known and outside and not _is_explained(study, found.fitted)
 
 
 def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVolts:
     return missing_volts(study.recording, traces, float(motor.linear.gain), float(motor.linear.pole))
 
 
-def _verdict(found: Found, first: tuple[Look, ...], left: MissingVolts, left_looks: tuple[Look, ...]) -> Verdict:
+def _is_explained(study: Study, fitted: Fitted) -> bool:
+    """`fitted` leaves no more than the encoder's rounding may, or what its laws are off by."""
+    if fitted.chi2 <= enough(fitted.names, EXPLAINED):
+        return True
+    return study.packed.observation.floor_known and fitted.chi2 <= rounding_chi2(study.solver, fitted)
+
+
+def _verdict(
+    study: Study, found: Found, first: tuple[Look, ...], left: MissingVolts, left_looks: tuple[Look, ...]
+) -> Verdict:
     if not found.named and any(look.outside and look.share > OUTSIDE for look in first):
         return "unexplained"
-    if found.fitted.chi2 > enough(found.fitted.names, EXPLAINED):
+    if not _is_explained(study, found.fitted):
         return "unexplained"
     loud = left.rms_V > 1.25 * left.noise_V
     if loud and left_looks and left_looks[0].beyond_chance and left_looks[0].outside and left_looks[0].share > OUTSIDE:
