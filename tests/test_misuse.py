@@ -65,7 +65,7 @@ PYTHON = {
 COMMANDS = {
     "identify missing.csv": (1, "missing.csv: cannot be read"),
     "identify .": (1, "is not a file"),
-    "identify linear.csv --hold-out jump": (1, "'jump' names no segments"),
+    "identify linear.csv --hold-out jump": (2, "'jump' names no segments"),
     "identify linear.csv --hold-out 99": (1, "there is no segment 99"),
     "identify linear.csv --method nonsense": (2, "nonsense"),
     "identify": (2, "Missing argument"),

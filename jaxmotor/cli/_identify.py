@@ -47,6 +47,10 @@ def identify_command(
     """Identify the linear motor behind each recording: gain, pole, and how sure."""
     if (resistance is None) != (inductance is None):
         raise typer.BadParameter("--resistance and --inductance belong together")
+    from jaxmotor.recording import names_segments
+
+    if hold_out and not names_segments(hold_out):
+        raise typer.BadParameter(f"{hold_out!r} names no segments; write numbers, ranges or kinds, such as 3,7-9,step")
     if output is not None:
         check_names(recordings)
         make_folder(output)

@@ -8,6 +8,7 @@ from jaxmotor.recording._check import lost_ticks as lost_ticks
 from jaxmotor.recording._check import warn_sign as warn_sign
 from jaxmotor.recording._chosen import Which as Which
 from jaxmotor.recording._chosen import chosen_segments as chosen_segments
+from jaxmotor.recording._chosen import names_segments as names_segments
 from jaxmotor.recording._foreign import import_log as import_log
 from jaxmotor.recording._from_arrays import from_arrays as from_arrays
 from jaxmotor.recording._from_arrays import from_dataframe as from_dataframe

@@ -8,6 +8,7 @@ import numpy as np
 from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import KINDS, Recording, RecordingError
 
+NUMBERS = r"(-?\d{1,9})(?:-(\d{1,9}))?"
 Which = str | int | Iterable[str | int]
 
 
@@ -20,6 +21,12 @@ def chosen_segments(recording: Recording, which: Which | None) -> tuple[int, ...
     return tuple(sorted({index for part in parts if part is not None for index in _chosen(recording, part)}))
 
 
+def names_segments(text: str) -> bool:
+    """`text` is made of numbers, ranges and kinds, whatever recording has them."""
+    parts = [part.strip() for part in text.split(",") if part.strip()]
+    return all(part in KINDS or re.fullmatch(NUMBERS, part) for part in parts)
+
+
 def _chosen(recording: Recording, part: object) -> Iterable[int]:
     number = len(recording.segments)
     if isinstance(part, str) and "," in part:
@@ -30,7 +37,7 @@ def _chosen(recording: Recording, part: object) -> Iterable[int]:
         if not found:
             raise RecordingError(f"{recording.name}: has no segment of kind {text!r}")
         return found
-    numbers = re.fullmatch(r"(-?\d{1,9})(?:-(\d{1,9}))?", text)
+    numbers = re.fullmatch(NUMBERS, text)
     if text and numbers is None:
         raise RecordingError(
             f"{shown(part)} names no segments of {recording.name}; give numbers, ranges or kinds, such as '3,7-9,step'"
