@@ -65,6 +65,7 @@ PYTHON = {
 COMMANDS = {
     "identify missing.csv": (1, "missing.csv: cannot be read"),
     "identify .": (1, "is not a file"),
+    "diagnose linear.csv --effects friktion": (1, "the effect is 'friktion'"),
     "identify linear.csv --hold-out jump": (2, "'jump' names no segments"),
     "identify linear.csv --hold-out 99": (1, "there is no segment 99"),
     "identify linear.csv --method nonsense": (2, "nonsense"),
