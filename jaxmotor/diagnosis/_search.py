@@ -81,6 +81,8 @@ class Search:
         self.visited: dict[Names, Fitted] = {}
         self.evidence: dict[Names, Evidence] = {}
         self.tried: set[Names] = set()
+        self.shared: set[Names] = set()
+        """Models of which an effect's size has been shared with its kin."""
         self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
         self.own = frozenset(linear.names)
         """What is the log's: no candidate, and no cause."""
@@ -144,11 +146,21 @@ class Search:
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
         self._extend(self._without_each(fitted), LATER)
-        self._keep(
-            side_by_side(
-                functools.partial(self._fit, fitted), _likewise(fitted, self.solver.request.effects, beside=False)
-            )
-        )
+        self._keep(side_by_side(functools.partial(self._fit, fitted), self._likewise(fitted, beside=False)))
+
+    def _likewise(self, fitted: Fitted, *, beside: bool) -> list[Motor]:
+        """`fitted` with effects of `KIN` in the place of each other, or `beside` each other with half the size."""
+        motors = []
+        for effect in fitted.motor.effects:
+            kin = next((names for names in KIN if effect.name in names), ())
+            size = max((abs(float(getattr(effect, name))) for name in parameters(effect)), default=0.0)
+            size = 0.5 * size if beside else size
+            bare = without_effect(fitted.motor, effect.name)
+            rest = with_effect(bare, _sized(type(effect), size)) if beside and kin else bare
+            names = self.solver.request.effects.difference(fitted.names, _barred(rest))
+            others = [EFFECTS[name] for name in kin if name in names]
+            motors += [with_effect(rest, _sized(other, size)) for other in others]
+        return motors
 
     def _fit(self, near: Fitted, motor: Motor) -> Fitted:
         return self.solver.fit(motor, near.speeds, COARSE)
@@ -170,9 +182,10 @@ class Search:
                 names = frozenset((*base.names, name))
                 if names not in self.tried and name in ranked:
                     tasks.setdefault(names, (base, ranked[name]))
-            if not quiet:
-                shared += [(base, motor) for motor in _likewise(base, self.solver.request.effects, beside=True)]
+            if not quiet and frozenset(base.names) not in self.shared:
+                shared += [(base, motor) for motor in self._likewise(base, beside=True)]
         self.tried.update(tasks)
+        self.shared.update(frozenset(base.names) for base, _ in shared)
         found = side_by_side(lambda task: self._best_of(*task), tasks.values())
         self._keep(found + side_by_side(lambda task: self._fit(*task), shared))
         self._keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
@@ -266,22 +279,6 @@ def _leaders(base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: 
         if len(chosen) < most and len(kin.intersection(chosen)) < RELATED and not twice:
             chosen.append(name)
     return chosen + [name for name in also if name in order and name not in chosen]
-
-
-def _likewise(fitted: Fitted, allowed: Names, *, beside: bool) -> list[Motor]:
-    """`fitted` with `allowed` effects of `KIN` in the place of each other, or `beside` each other, with half the size
-    each."""
-    motors = []
-    for effect in fitted.motor.effects:
-        kin = next((names for names in KIN if effect.name in names), ())
-        size = max((abs(float(getattr(effect, name))) for name in parameters(effect)), default=0.0)
-        size = 0.5 * size if beside else size
-        bare = without_effect(fitted.motor, effect.name)
-        rest = with_effect(bare, _sized(type(effect), size)) if beside and kin else bare
-        names = allowed.difference(fitted.names, _barred(rest))
-        others = [EFFECTS[name] for name in kin if name in names]
-        motors += [with_effect(rest, _sized(other, size)) for other in others]
-    return motors
 
 
 def _sized(effect: type[AbstractEffect], size: float) -> AbstractEffect:
