@@ -10,6 +10,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from jaxmotor._balanced import balanced
 from jaxmotor.diagnosis._free import OWN
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import AbstractEffect, Rig, free_size, parameters
@@ -23,8 +24,7 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     layout = fitted.layout
     known = np.isfinite(fitted.jacobian).all(axis=0)
     jacobian = np.where(known, fitted.jacobian, 0.0)
-    finite = np.isfinite(layout.spread)
-    prior = np.diag(np.where(finite, 1 / np.where(finite, layout.spread, 1.0) ** 2, 0.0))
+    prior = np.diag(1 / layout.spread**2)
     bread = _inverse(jacobian.T @ jacobian + prior)
     used, index = np.unique(block, return_inverse=True)
     pulls = np.stack([np.bincount(index, column * fitted.residual) for column in jacobian.T], axis=1)
@@ -41,8 +41,8 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
 
 
 def _inverse(normal: np.ndarray) -> np.ndarray:
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    return np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    ones, scale = balanced(normal)
+    return np.linalg.pinv(ones, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
 
 
 def differs(fitted: Fitted, spread: Float[np.ndarray, "p p"], twin: Fitted) -> np.ndarray:
