@@ -6,19 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.present._style import (
-    BAND,
-    BLACK,
-    EXACT,
-    GREY,
-    MEASURED,
-    PAPER,
-    Look,
-    legend_above,
-    panels,
-    plain,
-    styled,
-)
+from jaxmotor.present._style import BAND, BLACK, EXACT, GREY, MEASURED, PAPER, Look, legend_above, panels, plain, styled
 from jaxmotor.recording import Recording, Segment, angle_of
 
 PERIODS_SHOWN = 3

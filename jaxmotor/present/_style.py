@@ -109,14 +109,7 @@ def panels(
 ) -> tuple[Figure, np.ndarray]:
     """An empty figure of the house width, and its axes (`rows`, `columns`)."""
     figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
-    axes = figure.subplots(
-        rows,
-        columns,
-        squeeze=False,
-        sharex=share_x,
-        sharey=share_y,
-        height_ratios=heights,
-    )
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=share_x, sharey=share_y, height_ratios=heights)
     for ax in axes.flat:
         grid(ax)
     return figure, axes
