@@ -275,7 +275,7 @@ def in_process(arguments: Sequence[str], limit_s: float = LIMIT_S) -> Outcome:
 def in_subprocess(arguments: Sequence[str], limit_s: float = 60.0) -> Outcome:
     """Run `jaxmotor` with `arguments` as a user does. Its start, some seconds on a busy machine, is not counted."""
     began = time.perf_counter()
-    command = [sys.executable, "-m", "jaxmotor.cli", *arguments]
+    command = [sys.executable, "-m", "jaxmotor", *arguments]
     try:
         done = subprocess.run(command, capture_output=True, timeout=limit_s, check=False, start_new_session=True)
     except subprocess.TimeoutExpired as late:

@@ -42,11 +42,11 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
     jitted = eqx.filter_jit(function)
 
     def ready(*arguments: Any) -> tuple[Call, list[Any]] | None:
-        """The compiled program, and what it takes of `arguments`; None where no folder keeps programs."""
+        """The compiled program, and what it takes of `arguments`; None within another program."""
         folder = jax.config.values["jax_compilation_cache_dir"]
         dynamic, static = eqx.partition(arguments, _is_array)
         leaves, tree = jax.tree.flatten(dynamic)
-        if folder is None or any(isinstance(leaf, Tracer) for leaf in leaves):
+        if any(isinstance(leaf, Tracer) for leaf in leaves):
             return None
         chosen, choices = jax.tree.flatten(static)
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
@@ -54,11 +54,12 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
         about = (function, folder, tree, choices, tuple(chosen), shapes, jnp.result_type(float), jax.default_backend())
 
         def made() -> Call:
-            path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.program"
-
             def flat(leaves: list[Any]) -> Arrays:
                 return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
 
+            if folder is None:
+                return _lowered(flat, leaves).compile(compiler_options=_quickly())
+            path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.program"
             return _loaded(path, leaves) or _compiled(path, flat, leaves)
 
         return _recent.get(about, made), leaves
@@ -118,7 +119,7 @@ def _compiled(path: Path, flat: Call, leaves: list[Any]) -> Call:
     """`flat`, compiled for `leaves`, and kept in `path`."""
     # A program that comes from JAX's own cache cannot be stored a second time; under a new name it is not found there.
     flat.__name__ = f"program_{secrets.token_hex(8)}"
-    lowered = jax.jit(flat, keep_unused=True).lower(leaves)
+    lowered = _lowered(flat, leaves)
     compiled = lowered.compile(compiler_options=_quickly())
     with contextlib.suppress(OSError):
         for copy in path.parent.glob(f"jit_{flat.__name__}-*"):
@@ -130,6 +131,10 @@ def _compiled(path: Path, flat: Call, leaves: list[Any]) -> Call:
         about = {"names": names, "lapack": "lapack" in lowered.as_text()}
         _store(path, json.dumps(about).encode() + b"\n" + code)
     return compiled
+
+
+def _lowered(flat: Call, leaves: list[Any]) -> jax.stages.Lowered:
+    return jax.jit(flat, keep_unused=True).lower(leaves)
 
 
 def _loaded(path: Path, leaves: list[Any]) -> Call | None:

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import settings
 
 from jaxmotor.bench._emulator import PACKAGES, find_or_build, missing_tools
+from jaxmotor.cli import _progress
 from jaxmotor.cli._runtime import WHOLE_LOOPS
 
 # XLA's newer way to compile fusions takes twice as long and gains these programs nothing. It ends a program whose
@@ -24,6 +25,9 @@ jax.config.update("jax_numpy_rank_promotion", "raise")
 jax.config.update("jax_compilation_cache_dir", str(Path(__file__).parent.parent / ".pytest_cache" / "jax"))
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+# What a command prints must not depend on how long it takes.
+_progress.QUIET_S = float("inf")
 
 # The first example pays for a compilation; a deadline would measure that.
 settings.register_profile("jaxmotor", deadline=None, derandomize=True)

@@ -17,7 +17,7 @@ def test_every_name_comes_from_its_home():
     for name, home in jaxmotor._HOME.items():
         module = importlib.import_module(f"jaxmotor.{home}")
         assert getattr(jaxmotor, name) is getattr(module, name), name
-    assert set(jaxmotor._HOME) <= set(dir(jaxmotor))
+    assert dir(jaxmotor) == sorted([*jaxmotor.__all__, "__version__"]) and set(jaxmotor.__all__) == set(jaxmotor._HOME)
 
 
 def test_an_unknown_name_is_an_attribute_error():
@@ -27,6 +27,11 @@ def test_an_unknown_name_is_an_attribute_error():
 def test_reading_does_not_wait_for_jax():
     code = "import sys, jaxmotor; jaxmotor.read; assert 'jax' not in sys.modules"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_package_runs_as_the_command_line():
+    done = subprocess.run([sys.executable, "-m", "jaxmotor", "--help"], check=False, capture_output=True, text=True)
+    assert done.returncode == 0 and "--install-completion" in done.stdout
 
 
 def test_importing_changes_no_setting():

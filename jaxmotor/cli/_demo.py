@@ -21,7 +21,7 @@ def demo_command(
     from jaxmotor.cli._text import fit_text
     from jaxmotor.cli._validate import validation_text
     from jaxmotor.diagnosis import diagnose
-    from jaxmotor.estimate import identify, model_of
+    from jaxmotor.estimate import identify
     from jaxmotor.present import bode_models, save, write_diagnosis, write_fit, write_validation, zoh_bode
     from jaxmotor.present.report import Story, held_out_runs, write_report
     from jaxmotor.validation import validate
@@ -34,7 +34,7 @@ def demo_command(
     typer.echo("\n   the same by the paper's method\n" + fit_text(paper, [], []).partition("\n")[2])
     diagnosis = diagnose(recording)
     typer.echo("\n2. diagnose\n" + diagnosis_text(diagnosis))
-    validation = validate(model_of(exact), recording)
+    validation = validate(exact, recording)
     typer.echo("\n3. validate\n" + validation_text(validation, []) + "\n")
     written = [
         *write_fit(exact, recording, output),

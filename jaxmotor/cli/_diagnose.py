@@ -2,12 +2,14 @@
 
 import json as json_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from jaxmotor._sentences import printable
 from jaxmotor.cli._each import for_each
 from jaxmotor.cli._folder import check_names, make_folder
+from jaxmotor.cli._progress import progress
 
 
 def diagnose_command(
@@ -17,28 +19,40 @@ def diagnose_command(
         Path | None,
         typer.Option("-o", "--output", metavar="DIR", help="Write figures, the extended model and plans here."),
     ] = None,
+    effects: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="Look for no others (coulomb_friction,transport_delay).")
+    ] = None,
+    exclude: Annotated[str | None, typer.Option(metavar="NAMES", help="Effects that are not looked for.")] = None,
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws the shuffles that chance is told by.")] = 0,
 ) -> None:
     """Show what the linear model of each recording gets wrong, name the cause, extend the model, measure the gain."""
     if output is not None:
         check_names(recordings)
         make_folder(output)
-    for_each(recordings, lambda path: _one(path, json, output, seed))
+    chosen = {"effects": None if effects is None else _names(effects), "exclude": _names(exclude or "")}
+    for_each(recordings, lambda path: _one(path, json, output, {"seed": seed, **chosen}))
 
 
-def _one(path: Path, json: bool, output: Path | None, seed: int) -> None:
-    from jaxmotor.cli._runtime import prepare_jax
-    from jaxmotor.recording import read
+def _names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
 
-    recording = read(path)
-    prepare_jax(threads=True)
-    from jaxmotor.cli._story import diagnosis_text
-    from jaxmotor.diagnosis import diagnose, to_json
 
-    diagnosis = diagnose(recording, seed=seed)
-    written = []
-    if output is not None:
-        from jaxmotor.present import write_diagnosis
+def _one(path: Path, json: bool, output: Path | None, options: dict[str, Any]) -> None:
+    with progress(f"reading {printable(path.name)}") as tell:
+        from jaxmotor.cli._runtime import prepare_jax
+        from jaxmotor.recording import read
 
-        written = write_diagnosis(diagnosis, recording, output)
+        recording = read(path)
+        tell("loading JAX")
+        prepare_jax(threads=True)
+        from jaxmotor.cli._story import diagnosis_text
+        from jaxmotor.diagnosis import diagnose, to_json
+
+        diagnosis = diagnose(recording, **options, on_progress=lambda now: tell(now.stage))
+        written = []
+        if output is not None:
+            from jaxmotor.present import write_diagnosis
+
+            tell("writing figures")
+            written = write_diagnosis(diagnosis, recording, output)
     typer.echo(json_module.dumps(to_json(diagnosis)) if json else diagnosis_text(diagnosis, written))

@@ -7,8 +7,10 @@ from typing import Annotated
 
 import typer
 
+from jaxmotor._sentences import printable
 from jaxmotor.cli._each import for_each
 from jaxmotor.cli._folder import check_names, make_folder
+from jaxmotor.cli._progress import progress
 
 
 class Method(enum.StrEnum):
@@ -45,6 +47,10 @@ def identify_command(
     """Identify the linear motor behind each recording: gain, pole, and how sure."""
     if (resistance is None) != (inductance is None):
         raise typer.BadParameter("--resistance and --inductance belong together")
+    from jaxmotor.recording import names_segments
+
+    if hold_out and not names_segments(hold_out):
+        raise typer.BadParameter(f"{hold_out!r} names no segments; write numbers, ranges or kinds, such as 3,7-9,step")
     if output is not None:
         check_names(recordings)
         make_folder(output)
@@ -61,24 +67,27 @@ def _one(
     json: bool,
     output: Path | None,
 ) -> None:
-    from jaxmotor.cli._runtime import prepare_jax
-    from jaxmotor.cli._segments import chosen_segments
-    from jaxmotor.recording import read
+    with progress(f"reading {printable(path.name)}") as tell:
+        from jaxmotor.cli._runtime import prepare_jax
+        from jaxmotor.recording import chosen_segments, read
 
-    recording = read(path)
-    held_out = chosen_segments(recording, hold_out)
-    prepare_jax()
-    from jaxmotor.estimate import electrical_check, identify, to_json
+        recording = read(path)
+        held_out = chosen_segments(recording, hold_out)
+        tell("loading JAX")
+        prepare_jax()
+        from jaxmotor.estimate import electrical_check, identify, to_json
 
-    fit = identify(recording, method=method.value, model=model.value, hold_out=held_out)
-    extra = []
-    if resistance is not None and inductance is not None:
-        extra.append(electrical_check(recording, resistance, inductance))
-    written = []
-    if output is not None:
-        from jaxmotor.present import write_fit
+        tell("linear fit")
+        fit = identify(recording, method=method.value, model=model.value, hold_out=held_out)
+        extra = []
+        if resistance is not None and inductance is not None:
+            extra.append(electrical_check(recording, resistance, inductance))
+        written = []
+        if output is not None:
+            from jaxmotor.present import write_fit
 
-        written = write_fit(fit, recording, output)
+            tell("writing figures")
+            written = write_fit(fit, recording, output)
     if json:
         typer.echo(json_module.dumps(to_json(fit) | {"notes": [*fit.notes, *extra]}))
         return

@@ -30,7 +30,6 @@ def build() -> typer.Typer:
         name="jaxmotor",
         help="Identify DC motors from voltage and encoder counts.",
         no_args_is_help=True,
-        add_completion=False,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,
     )

@@ -5,6 +5,9 @@ from typing import Annotated
 
 import typer
 
+from jaxmotor._sentences import printable
+from jaxmotor.cli._progress import progress
+
 
 def report_command(
     source: Annotated[
@@ -15,7 +18,6 @@ def report_command(
 ) -> None:
     """Tell the story of a recording, or of a fleet's results, in one HTML page that needs nothing else."""
     from jaxmotor.cli._folder import make_folder
-    from jaxmotor.words import printable
 
     if source.suffix == ".parquet":
         from jaxmotor.present.report import write_fleet_page
@@ -23,14 +25,17 @@ def report_command(
         make_folder(output)
         typer.echo(printable(f"wrote {write_fleet_page(source, output)}"))
         return
-    from jaxmotor.cli._runtime import prepare_jax
-    from jaxmotor.recording import read
+    with progress(f"reading {printable(source.name)}") as tell:
+        from jaxmotor.cli._runtime import prepare_jax
+        from jaxmotor.recording import read
 
-    recording = read(source)
-    make_folder(output)
-    prepare_jax(threads=True)
-    from jaxmotor.present.report import story, write_report
+        recording = read(source)
+        make_folder(output)
+        tell("loading JAX")
+        prepare_jax(threads=True)
+        from jaxmotor.present.report import story, write_report
 
-    found = story(recording, seed=seed)
-    path = write_report(found, source, output)
+        found = story(recording, seed=seed, on_progress=lambda now: tell(now.stage))
+        tell("drawing the page")
+        path = write_report(found, source, output)
     typer.echo(f"{found.diagnosis}\n{printable(f'wrote {path}')}")

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from jaxmotor._sentences import printable
+from jaxmotor.cli._progress import progress
+
 if TYPE_CHECKING:
     from jaxmotor.estimate import Model
     from jaxmotor.validation import ClosedLoop, Comparison, OpenLoop, Score, StepTrials, Validation
@@ -29,23 +32,26 @@ def validate_command(
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws parameters and encoder offsets.")] = 0,
 ) -> None:
     """Hold a model against data that it was not fitted to: open loop, mean of step trials, closed loop."""
-    from jaxmotor.recording import read
+    with progress(f"reading {printable(recording.name)}") as tell:
+        from jaxmotor.recording import read
 
-    measured = read(recording)
-    from jaxmotor.cli._runtime import prepare_jax
+        measured = read(recording)
+        from jaxmotor.cli._runtime import prepare_jax
 
-    prepare_jax()
-    from jaxmotor.estimate import read_model
-    from jaxmotor.validation import to_json, validate
+        tell("loading JAX")
+        prepare_jax()
+        from jaxmotor.validation import to_json, validate
 
-    validation = validate(read_model(model), measured, seed=seed)
-    written = []
-    if output is not None:
-        from jaxmotor.cli._folder import make_folder
-        from jaxmotor.present import write_validation
+        tell("simulating the segments that were not fitted")
+        validation = validate(model, measured, seed=seed)
+        written = []
+        if output is not None:
+            from jaxmotor.cli._folder import make_folder
+            from jaxmotor.present import write_validation
 
-        make_folder(output)
-        written = write_validation(validation, measured, output)
+            tell("writing figures")
+            make_folder(output)
+            written = write_validation(validation, measured, output)
     if json:
         typer.echo(json_module.dumps(to_json(validation)))
         return

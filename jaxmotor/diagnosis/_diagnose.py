@@ -1,7 +1,11 @@
 """From a recording to what its linear model gets wrong, why, and what a longer model is worth."""
 
+import os
+from collections.abc import Callable, Iterable
+
 import numpy as np
 
+from jaxmotor._arguments import check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
@@ -18,7 +22,9 @@ from jaxmotor.diagnosis._loops import loop_gains
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
-from jaxmotor.diagnosis._score import scored
+from jaxmotor.diagnosis._request import Progress, Request
+from jaxmotor.diagnosis._rounding import rounding_chi2
+from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
@@ -27,7 +33,7 @@ from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
 from jaxmotor.motor import EFFECTS, Motor
 from jaxmotor.motor.effects import OF_LOG
-from jaxmotor.recording import Recording, check
+from jaxmotor.recording import Recording, check, recording_of
 
 OUTSIDE = 0.6
 """Share of the missing volts that depends on time alone where something acts on the motor from outside."""
@@ -43,29 +49,47 @@ UNKNOWN = 0.5
 
 
 @in_float64
-def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
+def diagnose(
+    recording: Recording | str | os.PathLike[str],
+    *,
+    effects: Iterable[str] | None = None,
+    exclude: Iterable[str] = (),
+    seed: int = 0,
+    on_progress: Callable[[Progress], object] | None = None,
+) -> Diagnosis:
     """Say what the linear motor of `recording` gets wrong, name the causes, and measure what knowing them is worth.
+
+    `recording` may be the path of its file. Only `effects` (names in `EFFECTS`; None: all) without those in `exclude`
+    are sought. `on_progress` is called with a `Progress` as the work goes on, by one thread at a time; what it raises
+    ends the work.
 
     `seed` draws the shuffles that tell a dependence from chance, and encoder offsets.
 
     **Raises:** `JaxmotorError`, one sentence, where the recording does not determine a linear motor.
     """
+    recording = recording_of(recording)
+    check_whole("seed", seed)
+    request = Request(effects, exclude, on_progress)
+    request.tell(0)
     fit, refused = _linear_fit(recording, seed)
     recording, first = stated(recording, fit.average), linear_of(float(fit.motor.gain), float(fit.motor.pole))
-    study, linear = timed(recording, fit, first) or _untimed(recording, first)
+    study, linear = timed(recording, fit, first, request) or _untimed(recording, first, request)
     before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
     missing = _missing(study, linear.motor, before.traces)
     found_looks = looks(missing, seed)
-    found, held = _found(study, first, linear, found_looks)
-    after = scored(study.solver, found.fitted.motor, recording, study.packed, found.fitted.speeds)
-    left = _missing(study, found.fitted.motor, after.traces) if found.named else missing
-    left_looks = looks(left, seed) if found.named else found_looks
-    verdict = _verdict(found, found_looks, left, left_looks)
+    request.tell(1)
+    found = Search(study.solver, first, linear, rig_of(recording, study.trial)).run()
+    after, left, left_looks = _left(study, found, seed) if found.named else (before, missing, found_looks)
+    if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
+        found, after, left, left_looks = Found(linear, linear, (), {}), before, missing, found_looks
+    held = hold_out(study, found)
+    request.tell(3)
+    verdict = _verdict(study, found, found_looks, left, left_looks)
     spread = with_average(covariance(found.fitted, study.block), fit)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
-    effects, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
-    twins = _twins(found, effects)
+    causes, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
+    twins = _twins(found, causes)
     errors = linear_errors(found.fitted, with_twins(found.fitted, spread, list(twins.values())))
     opened, allowed = left_open(study, fit, found, errors)
     undecided = verdict == "complete" and moves(opened, found.fitted.motor)
@@ -76,7 +100,8 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         standard_error=errors,
         covariance=linear_covariance(found.fitted, spread),
         joint=joint_covariance(found.fitted, spread, rig_of(study.recording, study.trial)),
-        effects=effects,
+        effects=causes,
+        probabilities=found.probabilities,
         verdict="unexplained" if undecided else verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
         whole=worth_of(fit.fitted, before, after, seed),
@@ -89,7 +114,7 @@ def diagnose(recording: Recording, *, seed: int = 0) -> Diagnosis:
         learned=learn(recording, study.solver, found.fitted) if verdict == "unexplained" else (),
         experiments=_experiments(study, found.fitted, twins),
         notes=_once(
-            *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, effects),
+            *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, causes),
             *_ambiguous(found.fitted, spread, twins),
             *(one.sentence for one in (fit.average, timing) if one is not None),
             *(one.note for one in opened),
@@ -107,9 +132,9 @@ def _once(*notes: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(notes))
 
 
-def _untimed(recording: Recording, first: Motor) -> tuple[Study, Fitted]:
+def _untimed(recording: Recording, first: Motor, request: Request) -> tuple[Study, Fitted]:
     """`recording`, read as its voltages change, and the linear motor that fits it."""
-    study = study_of(recording, float(first.linear.pole))
+    study = study_of(recording, float(first.linear.pole), request=request)
     return study, study.solver.fit(first, tolerance=FINE)
 
 
@@ -121,27 +146,36 @@ def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | N
         return best_guess(recording, str(refused)), refused
 
 
-def _found(study: Study, first: Motor, linear: Fitted, seen: tuple[Look, ...]) -> tuple[Found, HeldOut]:
-    """The effects, and what they are worth.
+def _left(study: Study, found: Found, seed: int) -> tuple[Scored, MissingVolts, tuple[Look, ...]]:
+    """What the effects leave."""
+    after = scored(study.solver, found.fitted.motor, study.recording, study.packed, found.fitted.speeds)
+    left = _missing(study, found.fitted.motor, after.traces)
+    return after, left, looks(left, seed)
 
-    Of counts none are sought where something outside the motor moves it, which several would seem to explain.
-    """
+
+def _from_outside(study: Study, found: Found, seen: tuple[Look, ...]) -> bool:
+    """By what is `seen` before and after, something outside moves the motor, which the effects only seem to explain."""
     outside = any(look.outside and look.share > OUTSIDE for look in seen)
-    if outside and study.packed.observation.floor_known:
-        found = Found(linear, linear, ())
-    else:
-        found = Search(study.solver, first, linear, rig_of(study.recording, study.trial)).run()
-    return found, hold_out(study, found)
+    return study.packed.observation.floor_known and outside and not _is_explained(study, found.fitted)
 
 
 def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVolts:
     return missing_volts(study.recording, traces, float(motor.linear.gain), float(motor.linear.pole))
 
 
-def _verdict(found: Found, first: tuple[Look, ...], left: MissingVolts, left_looks: tuple[Look, ...]) -> Verdict:
+def _is_explained(study: Study, fitted: Fitted) -> bool:
+    """`fitted` leaves no more than the encoder's rounding may, or what its laws are off by."""
+    if fitted.chi2 <= enough(fitted.names, EXPLAINED):
+        return True
+    return study.packed.observation.floor_known and fitted.chi2 <= rounding_chi2(study.solver, fitted)
+
+
+def _verdict(
+    study: Study, found: Found, first: tuple[Look, ...], left: MissingVolts, left_looks: tuple[Look, ...]
+) -> Verdict:
     if not found.named and any(look.outside and look.share > OUTSIDE for look in first):
         return "unexplained"
-    if found.fitted.chi2 > enough(found.fitted.names, EXPLAINED):
+    if not _is_explained(study, found.fitted):
         return "unexplained"
     loud = left.rms_V > 1.25 * left.noise_V
     if loud and left_looks and left_looks[0].beyond_chance and left_looks[0].outside and left_looks[0].share > OUTSIDE:

@@ -5,12 +5,27 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from jaxmotor._shown import Row, Shown
 from jaxmotor.diagnosis._experiment import Experiment
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Coordinate, Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
-from jaxmotor.estimate import Allowed, Fit, Joint, OpenHypothesis, SpeedAverage, Timing, Trace, angle_fit_percent
+from jaxmotor.estimate import (
+    KEYS,
+    Allowed,
+    Fit,
+    Joint,
+    Model,
+    OpenHypothesis,
+    SpeedAverage,
+    Timing,
+    Trace,
+    allowing,
+    angle_fit_percent,
+    effect_rows,
+    linear_rows,
+)
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
@@ -105,8 +120,8 @@ class Worth:
         return angle_fit_percent(self.traces_after)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Diagnosis:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Shown):
     """Where the linear model of one recording fails, why, and what a longer model is worth."""
 
     fit: Fit
@@ -124,6 +139,9 @@ class Diagnosis:
     """Of all four and the effects' parameters (`coulomb_friction.volts_V`), but for those that are not determined."""
     effects: tuple[FoundEffect, ...]
     """The largest held-out gain first."""
+    probabilities: dict[str, float]
+    """Of each effect that was tried, and of `none`, the largest first; nothing where a disturbance from outside lets
+    none be trusted."""
     verdict: Verdict
     """`complete`: nothing is left over; `extended`: nothing beside the effects; `unexplained`: something is, or the
     input leaves open what it could be (`undecided`); see `looks_like`."""
@@ -182,6 +200,13 @@ class Diagnosis:
         """File name."""
         return self.fit.source.rpartition("/")[2]
 
+    @property
+    def model(self) -> Model:
+        """The extended motor, to keep, to simulate, to validate and to export."""
+        from jaxmotor.diagnosis._extended import extended_model
+
+        return extended_model(self)
+
     def plot(self) -> "dict[str, Figure]":
         """Figures of what is missing, why, and what knowing it is worth, by name."""
         # Drawing comes later in the story than finding; only whoever asks for it pays for matplotlib.
@@ -189,8 +214,20 @@ class Diagnosis:
 
         return diagnosis_figures(self)
 
-    def __repr__(self) -> str:
+    def _title(self) -> str:
         named = ", ".join(found.name for found in self.effects) or "no effect"
-        look = "" if self.looks_like is None else f", looks like {self.looks_like.text}"
-        chi2 = f"{self.held_out.before.chi2_per_sample:.3g} -> {self.held_out.after.chi2_per_sample:.3g}"
-        return f"Diagnosis({self.verdict}: {named}{look}; chi2 {chi2} held out)"
+        return f"Diagnosis of {self.recording}: {self.verdict}, {named} (± is 95 %)"
+
+    def _rows(self) -> tuple[Row, ...]:
+        effects = [found.effect for found in self.effects]
+        errors = [self.standard_error[key] for key in KEYS[:2]]
+        found = effect_rows(effects, [found.standard_error for found in self.effects])
+        return (*linear_rows(self.motor.linear, errors), *found)
+
+    def _remarks(self) -> tuple[str, ...]:
+        before, after = self.held_out.before, self.held_out.after
+        chi2 = f"{before.chi2_per_sample:.3g} -> {after.chi2_per_sample:.3g}"
+        score = f"held out: fit {before.fit_percent:.1f} -> {after.fit_percent:.1f} %, chi2 {chi2} (1 = noise)"
+        look = [] if self.looks_like is None else [f"what is left looks like {self.looks_like.text}"]
+        left_open = allowing(self)
+        return (score, *look, *([left_open] if left_open else []))

@@ -90,14 +90,15 @@ def _mean_squares(columns: np.ndarray, shifts: np.ndarray, block: np.ndarray) ->
 def weights(found: Sequence[Evidence], prices: Sequence[float]) -> np.ndarray:
     """Probability of each model among those given, each with its price in logarithms of probability.
 
-    exp(-t²/2 - price), t the difference of its score to the best one's over that difference's standard error and
-    `NOTHING` together.
+    (1 + t²/(B - 1))^(-B/2) exp(-price), t the difference of its score to the best one's over that difference's standard
+    error and `NOTHING` together, B the number of blocks (Student's distribution: few blocks say little).
     """
     least = np.min([one.mean for one in found], axis=0)
     scores = np.stack([np.log(one.squares + SHARE * least[:, None]).mean(axis=0) for one in found])
     apart = scores - scores[int(np.argmin(scores.mean(axis=1)))]
     spread = apart.std(axis=1, ddof=1) / math.sqrt(apart.shape[1])
     t = apart.mean(axis=1) / np.hypot(spread, NOTHING)
-    log = -0.5 * np.square(t) - np.asarray(prices)
+    blocks = apart.shape[1]
+    log = -0.5 * blocks * np.log1p(np.square(t) / (blocks - 1)) - np.asarray(prices)
     weight = np.exp(log - log.max())
     return weight / weight.sum()

@@ -38,6 +38,9 @@ class Found:
     linear: Fitted
     fitted: Fitted
     named: tuple[Named, ...]
+    probabilities: dict[str, float]
+    """Of each effect that was tried, the sum of the weights of all models that have it, the largest first; of `none`,
+    the linear motor's weight. Nothing where none is trusted."""
 
 
 def enough(names: tuple[str, ...], otherwise: float) -> float:

@@ -51,6 +51,7 @@ class HeldOut:
 
 def hold_out(study: Study, found: Found) -> HeldOut:
     """The motors of `found` refitted to two thirds of the segments (`split`)."""
+    study.solver.request.tell(2)
     recording = study.recording
     parts, segments = split(recording)
     own, cut = bool(segments), parts is not recording

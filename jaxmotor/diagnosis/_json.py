@@ -27,6 +27,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "standard_error": diagnosis.standard_error,
         **open_to_json(diagnosis.open_hypotheses, diagnosis.allowed),
         "undecided": diagnosis.undecided,
+        "probabilities": {name: min(value, 1.0) for name, value in diagnosis.probabilities.items()},
         "effects": [_effect(found) for found in diagnosis.effects],
         "timing": None if diagnosis.timing is None else dataclasses.asdict(diagnosis.timing),
         "speed_average": None if diagnosis.average is None else dataclasses.asdict(diagnosis.average),

@@ -61,7 +61,7 @@ def effect_columns(solver: Solver, base: Fitted, rig: Rig) -> tuple[EffectColumn
     rows = round(late(base.motor) / rig.period_s)
     if rows:
         at = _rows_before(solver.piece, rows)
-    starts = [effect.starts(rig) for effect in EFFECTS.values()]
+    starts = [effect.starts(rig) for name, effect in EFFECTS.items() if name in solver.request.effects]
     of = side_by_side(lambda own: _effect_columns(solver, motor, base.speeds, residual, own), starts)
     found = tuple(one for its in of for one in its)
     return found if at is None else tuple(dataclasses.replace(one, columns=one.columns[at]) for one in found)

@@ -69,6 +69,7 @@ PRICE, MORE, RARE = 1.5, 0.75, 0.75
 """Of an effect with one parameter, of each parameter more, and of effects that are rare (`USUAL`), in logarithms of
 probability."""
 
+NONE = "none"
 Names = frozenset[str]
 
 
@@ -80,6 +81,8 @@ class Search:
         self.visited: dict[Names, Fitted] = {}
         self.evidence: dict[Names, Evidence] = {}
         self.tried: set[Names] = set()
+        self.shared: set[Names] = set()
+        """Models of which an effect's size has been shared with its kin."""
         self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
         self.own = frozenset(linear.names)
         """What is the log's: no candidate, and no cause."""
@@ -110,7 +113,7 @@ class Search:
             fitted = better
         fitted = self._likely(fitted)
         named = tuple(self._named(fitted, name) for name in self._causes(fitted))
-        return Found(self.linear, self._refined(fitted) if named else self.linear, named)
+        return Found(self.linear, self._refined(fitted) if named else self.linear, named, self._probabilities())
 
     def _simpler(self, names: Names) -> list[Names]:
         """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
@@ -135,10 +138,29 @@ class Search:
         """Of any of these `effects`: the sum over the models that have one."""
         return sum(weight for names, weight in self.weights().items() if names.intersection(effects))
 
+    def _probabilities(self) -> dict[str, float]:
+        tried = {name for names in self.visited for name in names - self.own}
+        each = {NONE: self.weights()[self.own]} | {name: self.probability(name) for name in tried}
+        return dict(sorted(each.items(), key=lambda item: -item[1]))
+
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
         self._extend(self._without_each(fitted), LATER)
-        self._keep(side_by_side(functools.partial(self._fit, fitted), _likewise(fitted, beside=False)))
+        self._keep(side_by_side(functools.partial(self._fit, fitted), self._likewise(fitted, beside=False)))
+
+    def _likewise(self, fitted: Fitted, *, beside: bool) -> list[Motor]:
+        """`fitted` with effects of `KIN` in the place of each other, or `beside` each other with half the size."""
+        motors = []
+        for effect in fitted.motor.effects:
+            kin = next((names for names in KIN if effect.name in names), ())
+            size = max((abs(float(getattr(effect, name))) for name in parameters(effect)), default=0.0)
+            size = 0.5 * size if beside else size
+            bare = without_effect(fitted.motor, effect.name)
+            rest = with_effect(bare, _sized(type(effect), size)) if beside and kin else bare
+            names = self.solver.request.effects.difference(fitted.names, _barred(rest))
+            others = [EFFECTS[name] for name in kin if name in names]
+            motors += [with_effect(rest, _sized(other, size)) for other in others]
+        return motors
 
     def _fit(self, near: Fitted, motor: Motor) -> Fitted:
         return self.solver.fit(motor, near.speeds, COARSE)
@@ -160,9 +182,10 @@ class Search:
                 names = frozenset((*base.names, name))
                 if names not in self.tried and name in ranked:
                     tasks.setdefault(names, (base, ranked[name]))
-            if not quiet:
-                shared += [(base, motor) for motor in _likewise(base, beside=True)]
+            if not quiet and frozenset(base.names) not in self.shared:
+                shared += [(base, motor) for motor in self._likewise(base, beside=True)]
         self.tried.update(tasks)
+        self.shared.update(frozenset(base.names) for base, _ in shared)
         found = side_by_side(lambda task: self._best_of(*task), tasks.values())
         self._keep(found + side_by_side(lambda task: self._fit(*task), shared))
         self._keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
@@ -256,20 +279,6 @@ def _leaders(base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: 
         if len(chosen) < most and len(kin.intersection(chosen)) < RELATED and not twice:
             chosen.append(name)
     return chosen + [name for name in also if name in order and name not in chosen]
-
-
-def _likewise(fitted: Fitted, *, beside: bool) -> list[Motor]:
-    """`fitted` with effects of `KIN` in the place of each other, or `beside` each other, with half the size each."""
-    motors = []
-    for effect in fitted.motor.effects:
-        kin = next((names for names in KIN if effect.name in names), ())
-        size = max((abs(float(getattr(effect, name))) for name in parameters(effect)), default=0.0)
-        size = 0.5 * size if beside else size
-        bare = without_effect(fitted.motor, effect.name)
-        rest = with_effect(bare, _sized(type(effect), size)) if beside and kin else bare
-        others = [EFFECTS[name] for name in kin if name not in fitted.names and name not in _barred(rest)]
-        motors += [with_effect(rest, _sized(other, size)) for other in others]
-    return motors
 
 
 def _sized(effect: type[AbstractEffect], size: float) -> AbstractEffect:

@@ -19,6 +19,7 @@ from jaxmotor._balanced import balanced, solve_balanced
 from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_at, motors_at, together
 from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residuals import residuals_program
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
@@ -77,8 +78,10 @@ class Solver:
     Where the noise is not known priors are weighed against what the motor that a fit starts from leaves.
     """
 
-    def __init__(self, trial: Trial, rows: np.ndarray | None = None, noise_known: bool = True):
-        self.trial, self.noise_known = trial, noise_known
+    def __init__(
+        self, trial: Trial, rows: np.ndarray | None = None, noise_known: bool = True, request: Request | None = None
+    ):
+        self.trial, self.noise_known, self.request = trial, noise_known, request or Request()
         self.given = to_jax(trial)
         """The same as arrays of JAX: programs would copy numpy's each time."""
         self.cells = np.flatnonzero(trial.valid if rows is None else trial.valid & rows)
@@ -160,6 +163,7 @@ class Solver:
         Given up before where it will hardly come below a chi2 of `bar`, and where its steps keep little of what they
         promise.
         """
+        self.request.trying(tuple(effect.name for effect in motor.effects))
         free = free_of(motor)
         speeds = self.starts if speeds is None else speeds
         if is_wide(motor.effects):

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._trial import Trial, trial_of
 from jaxmotor.prediction import PADDED, Packed, pack, without_beginnings
@@ -31,7 +32,7 @@ class Study:
         return np.isin(self.packed.segment_of, segments)
 
 
-def study_of(recording: Recording, pole: float, timed: bool = False) -> Study:
+def study_of(recording: Recording, pole: float, timed: bool = False, request: Request | None = None) -> Study:
     """`recording`, to be explained by motors with about this `pole` [rad/s], `timed` with a timing offset."""
     moving = tuple(
         index for index, segment in enumerate(recording.segments) if segment.kind != "rest" and len(segment) >= 2
@@ -39,7 +40,9 @@ def study_of(recording: Recording, pole: float, timed: bool = False) -> Study:
     packed = pack(recording, moving, PADDED._replace(lanes=_lanes([len(recording.segments[k]) for k in moving])), timed)
     packed = without_beginnings(recording, packed)
     trial = trial_of(recording, packed, pole)
-    return Study(recording, packed, trial, Solver(trial, noise_known=packed.observation.floor_known), timed)
+    return Study(
+        recording, packed, trial, Solver(trial, noise_known=packed.observation.floor_known, request=request), timed
+    )
 
 
 def _lanes(rows: list[int]) -> int:

@@ -4,6 +4,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._found import FINE, NEARLY
 from jaxmotor.diagnosis._free import OWN, with_effect
+from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._trial import rig_of
@@ -18,7 +19,7 @@ LIKE = ("electrical_pole", "sensor_lag")
 """Effects that a reading before its voltage changes may be mistaken for."""
 
 
-def timed(recording: Recording, fit: Fit, first: Motor) -> tuple[Study, Fitted] | None:
+def timed(recording: Recording, fit: Fit, first: Motor, request: Request) -> tuple[Study, Fitted] | None:
     """The linear motor with the timing offset and the filter that `fit` found, where it leaves nothing over; None where
     it does.
 
@@ -29,7 +30,7 @@ def timed(recording: Recording, fit: Fit, first: Motor) -> tuple[Study, Fitted] 
     if fit.timing is average is None:
         return None
     motor = first
-    study = study_of(recording, float(first.linear.pole), timed=True)
+    study = study_of(recording, float(first.linear.pole), timed=True, request=request)
     if fit.timing is not None:
         motor = with_effect(motor, TimingOffset.of(offset_s=offset))
     if average is not None:

@@ -20,10 +20,11 @@ from jaxmotor.estimate._identify import sine_motor as sine_motor
 from jaxmotor.estimate._judge import Judgement as Judgement
 from jaxmotor.estimate._judge import judge as judge
 from jaxmotor.estimate._judge import student_t as student_t
+from jaxmotor.estimate._model import Model as Model
 from jaxmotor.estimate._model_effects import effects_to_json as effects_to_json
 from jaxmotor.estimate._model_file import KEYS as KEYS
 from jaxmotor.estimate._model_file import SHARE as SHARE
-from jaxmotor.estimate._model_file import Model as Model
+from jaxmotor.estimate._model_file import AnyModel as AnyModel
 from jaxmotor.estimate._model_file import model_of as model_of
 from jaxmotor.estimate._model_file import model_to_json as model_to_json
 from jaxmotor.estimate._model_file import read_model as read_model
@@ -33,9 +34,12 @@ from jaxmotor.estimate._model_joint import names_of as names_of
 from jaxmotor.estimate._open_hypotheses import Allowed as Allowed
 from jaxmotor.estimate._open_hypotheses import Hidden as Hidden
 from jaxmotor.estimate._open_hypotheses import OpenHypothesis as OpenHypothesis
+from jaxmotor.estimate._open_hypotheses import allowing as allowing
 from jaxmotor.estimate._open_hypotheses import open_hypotheses as open_hypotheses
 from jaxmotor.estimate._open_hypotheses import open_to_json as open_to_json
 from jaxmotor.estimate._response_fit import fit_response as fit_response
+from jaxmotor.estimate._rows import effect_rows as effect_rows
+from jaxmotor.estimate._rows import linear_rows as linear_rows
 from jaxmotor.estimate._sine_data import SineData as SineData
 from jaxmotor.estimate._sine_data import sine_data as sine_data
 from jaxmotor.estimate._sine_fit import Sines as Sines

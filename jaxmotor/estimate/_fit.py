@@ -1,12 +1,17 @@
 """What an identification gives: the motor, how sure, how well it fits, and what the user should know."""
 
 import dataclasses
+import math
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from jaxmotor._shown import Row, Shown
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis
+from jaxmotor.estimate._model import Model
+from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, allowing
+from jaxmotor.estimate._rows import LINEAR, linear_rows
 from jaxmotor.estimate._speed_average import SpeedAverage
 from jaxmotor.estimate._timing import Timing
 from jaxmotor.motor import AbstractLinearMotor
@@ -25,8 +30,8 @@ class Trace:
     simulated_rad_s: np.ndarray
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Fit:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Fit(Shown):
     """A linear motor identified from one recording."""
 
     motor: AbstractLinearMotor
@@ -70,10 +75,29 @@ class Fit:
     average: SpeedAverage | None = None
     """The same of its speeds."""
 
-    def __repr__(self) -> str:
-        gain, pole = float(self.motor.gain), float(self.motor.pole)
-        gain_error, pole_error = float(self.standard_error.gain), float(self.standard_error.pole)
-        return (
-            f"Fit(gain {gain:.6g} ± {1.96 * gain_error:.2g} rad/s/V, pole {pole:.6g} ± {1.96 * pole_error:.2g} rad/s, "
-            f"fit {self.fit_percent:.1f} %, chi2 {self.chi2_per_sample:.3g}, {self.method})"
+    @property
+    def model(self) -> Model:
+        """The motor as its model file would hold it."""
+        return Model(
+            self.motor,
+            self.covariance,
+            self.offset_V,
+            self.period_s,
+            self.source,
+            frozenset(self.fingerprints),
+            self.source,
+            response=self.frequency_response,
         )
+
+    def _title(self) -> str:
+        return f"Fit of {Path(self.source).name} ({self.method}, {len(self.fitted)} segments, ± is 95 %)"
+
+    def _rows(self) -> tuple[Row, ...]:
+        errors = [getattr(self.standard_error, name, math.nan) for name, _ in LINEAR]
+        offset = Row("voltage_offset", self.offset_V, self.offset_standard_error_V, "V")
+        return (*linear_rows(self.motor, errors), *([offset] if self.method == "exact" else []))
+
+    def _remarks(self) -> tuple[str, ...]:
+        left_open = allowing(self)
+        score = f"fit {self.fit_percent:.1f} % of the speed, chi2 {self.chi2_per_sample:.3g} per sample (1 = noise)"
+        return (score, *([left_open] if left_open else []), *(f"note: {note}" for note in self.notes))

@@ -1,10 +1,11 @@
 """From a recording to a motor: the steps in their order, each written elsewhere."""
 
-from collections.abc import Iterable
-from typing import Any, Literal, NamedTuple
+import os
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
+from jaxmotor._arguments import check_choice, check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._programs import compile_ahead
@@ -25,8 +26,10 @@ from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor import FirstOrder
 from jaxmotor.prediction import Packed, Problem, as_problem, pack, without_beginnings
-from jaxmotor.recording import Recording, check
+from jaxmotor.recording import Recording, Which, check, chosen_segments, recording_of
 
+METHODS = Literal["exact", "paper"]
+ORDERS = Literal["first", "second"]
 FIRST_OFFSET_ROWS = 0.05
 """Timing offset from which it is sought."""
 UNSETTLED = "the fit to the frequency response did not settle; gain and pole come from the whole recording"
@@ -62,20 +65,25 @@ class _Response(NamedTuple):
 
 @in_float64
 def identify(
-    recording: Recording,
+    recording: Recording | str | os.PathLike[str],
     *,
-    method: Literal["exact", "paper"] = "exact",
-    model: Literal["first", "second"] = "first",
-    hold_out: Iterable[int] = (),
+    method: METHODS = "exact",
+    model: ORDERS = "first",
+    hold_out: Which = (),
     seed: int = 0,
 ) -> Fit:
-    """Identify the linear motor that made `recording`.
+    """Identify the linear motor that made `recording`, which may be the path of its file.
 
-    `hold_out` are segments (indices) to leave for validation. `seed` draws the random encoder offsets that the
-    standard errors may rest on. `model` "second" adds the electrical time constant where the data show one.
+    `hold_out` are segments to leave for validation: indices, kinds, or text such as "3,7-9,step". `seed` draws the
+    random encoder offsets that the standard errors may rest on. `model` "second" adds the electrical time constant
+    where the data show one.
 
     **Raises:** `JaxmotorError`, one sentence, where the recording is damaged or does not determine the motor.
     """
+    recording = recording_of(recording)
+    check_choice("method", method, get_args(METHODS))
+    check_choice("model", model, get_args(ORDERS))
+    check_whole("seed", seed)
     prepared = prepare(recording, hold_out)
     fitted, held_out, packed, notes = prepared.fitted, prepared.held_out, prepared.packed, list(prepared.notes)
     problem = as_problem(packed)
@@ -129,13 +137,13 @@ def best_guess(recording: Recording, why: str) -> Fit:
     )
 
 
-def prepare(recording: Recording, hold_out: Iterable[int] = ()) -> Prepared:
+def prepare(recording: Recording, hold_out: Which = ()) -> Prepared:
     """`recording` checked and packed, without the segments `hold_out`. Numpy only.
 
     **Raises:** `JaxmotorError`, as `identify`.
     """
     notes = check(recording)
-    held_out = tuple(sorted(set(hold_out)))
+    held_out = chosen_segments(recording, hold_out)
     fitted = _fitted(recording, held_out)
     return Prepared(recording, fitted, held_out, pack(recording, fitted), notes)
 
@@ -148,12 +156,6 @@ def as_sines(data: SineData) -> Sines:
 
 
 def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:
-    number = len(recording.segments)
-    unknown = [index for index in held_out if not 0 <= index < number]
-    if unknown:
-        raise JaxmotorError(
-            f"{recording.name}: there is no segment {unknown[0]} to hold out; they are 0 to {number - 1}"
-        )
     fitted = tuple(
         index
         for index, segment in enumerate(recording.segments)

@@ -8,24 +8,24 @@ their parameters are together with the linear ones.
 import dataclasses
 import json
 import os
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from jaxmotor._arguments import taken
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import read_bytes
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._sentences import shown
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
+from jaxmotor.estimate._model import Model
 from jaxmotor.estimate._model_effects import effects_to_json, read_effects
 from jaxmotor.estimate._model_joint import Joint, joint_to_json, names_of, read_joint
 from jaxmotor.estimate._model_numbers import RANGES, covariance_of, in_range, is_number, numbers
 from jaxmotor.estimate._open_hypotheses import open_to_json
-from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor, SecondOrder, linear_motor
-from jaxmotor.motor.effects import VoltageOffset
+from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, SecondOrder, linear_motor
 from jaxmotor.prediction import noise_to_json
 
 FORMAT = 1
@@ -38,60 +38,21 @@ SHARE = "viscous_share"
 JOINT = "joint_covariance"
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Model:
-    """An identified motor as a model file holds it."""
-
-    motor: AbstractLinearMotor
-    covariance: np.ndarray
-    """(p, p) of (gain [rad/s/V], pole [rad/s], electrical time constant [s] if there is one)."""
-    offset_V: float
-    """Constant voltage error of the rig that it was identified on [V]."""
-    period_s: float | None
-    recording: str
-    """Name of the recording it came from."""
-    fitted: frozenset[str]
-    """Fingerprints of the segments that were fitted."""
-    source: str
-    """The model file."""
-    effects: tuple[AbstractEffect, ...] = ()
-    """What makes it differ from a linear motor."""
-    effect_errors: tuple[Mapping[str, float], ...] = ()
-    """Standard error of each parameter of each of `effects`, by name; NaN where it is not known."""
-
-    response: FrequencyResponse | None = None
-    """What the sines gave, where it came from sines; its leaves are numpy's."""
-    viscous_share: float = 0.0
-    """Of the pole, `Motor.viscous_share` [1]; only effects on the current make it matter."""
-    joint: Joint | None = None
-    """How sure the parameters are together, those of `effects` included; None: each by itself."""
+@runtime_checkable
+class HasModel(Protocol):
+    """A `Fit`, a `Diagnosis`, a `Validation`."""
 
     @property
-    @in_float64
-    def whole(self) -> Motor:
-        """Motor, effects and the rig's voltage offset in one, to simulate with `simulate_motor`.
-
-        Its leaves are numpy's, in double precision.
-        """
-        effects = self.effects
-        offset_named = any(effect.name == "voltage_offset" for effect in effects)
-        if self.offset_V and not offset_named:
-            effects = (*effects, to_numpy(VoltageOffset.of(volts_V=self.offset_V)))
-        return to_numpy(Motor(self.motor, effects, to_jax(self.viscous_share)))
+    def model(self) -> Model: ...
 
 
-def model_of(fit: Fit) -> Model:
-    """`fit` as the model that its file would hold."""
-    return Model(
-        fit.motor,
-        fit.covariance,
-        fit.offset_V,
-        fit.period_s,
-        fit.source,
-        frozenset(fit.fingerprints),
-        fit.source,
-        response=fit.frequency_response,
-    )
+AnyModel = Model | HasModel | str | os.PathLike[str]
+
+
+def model_of(given: AnyModel) -> Model:
+    """The model that `given` is, has, or is the file of. **Raises:** `JaxmotorError`, also for anything else."""
+    own = getattr(given, "model", given)
+    return taken(own, Model, "a model (a Model, a Fit, a Diagnosis, or the path of a model file)", read_model)
 
 
 @in_float64

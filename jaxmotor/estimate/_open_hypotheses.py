@@ -160,3 +160,11 @@ def open_to_json(found: tuple[OpenHypothesis, ...], allowed: Allowed | None) -> 
     ]
     intervals = None if allowed is None else {"gain_rad_s_V": list(allowed.gain), "pole_rad_s": list(allowed.pole)}
     return {"open_hypotheses": listed, "interval_with_open_hypotheses": intervals}
+
+
+def allowing(fit: Any) -> str | None:
+    """The intervals of a fit or diagnosis that allow for open hypotheses; None where nothing is open."""
+    if not fit.open_hypotheses or fit.allowed is None:
+        return None
+    gains, poles = ([f"{end:.4g}" for end in ends] for ends in (fit.allowed.gain, fit.allowed.pole))
+    return f"with what the input leaves open: gain {' to '.join(gains)} rad/s/V, pole {' to '.join(poles)} rad/s"

@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Array, Complex, Float
 
 from jaxmotor._precision import to_jax
+from jaxmotor.motor._readable import readable
 
 
 class Hold(NamedTuple):
@@ -42,6 +43,8 @@ class AbstractLinearMotor(eqx.Module):
 
     gain: eqx.AbstractVar[Float[Array, ""]]
     pole: eqx.AbstractVar[Float[Array, ""]]
+
+    __repr__ = readable
 
     @property
     @abc.abstractmethod

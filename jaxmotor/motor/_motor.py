@@ -17,6 +17,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.motor._linear import AbstractLinearMotor
+from jaxmotor.motor._readable import readable
 from jaxmotor.motor._scan import scan_rows
 from jaxmotor.motor._speed_law import SpeedLaw, command
 from jaxmotor.motor.effects._base import AbstractEffect, AbstractLagSensorEffect, Scalar, Source
@@ -51,6 +52,8 @@ class Motor(eqx.Module):
     Voltage and speed show it only through effects on the current (`supply_sag`, `current_limit`, `coast_drive`,
     `winding_heating`) and, a little, through the electrical time constant.
     """
+
+    __repr__ = readable
 
 
 class Rows(NamedTuple):

@@ -1,4 +1,8 @@
-"""Figures for print and screen, one function each, and how they are written."""
+"""Figures for print and screen, one function each, and how they are written.
+
+Each draws a figure of its own, or on the `axes` that it is given (one for each panel, row by row), and returns the
+figure that it drew on.
+"""
 
 from jaxmotor.present._before_after import before_after as before_after
 from jaxmotor.present._bode import bode as bode
@@ -9,6 +13,7 @@ from jaxmotor.present._fit import residuals as residuals
 from jaxmotor.present._fit import simulation as simulation
 from jaxmotor.present._folder import diagnosis_figures as diagnosis_figures
 from jaxmotor.present._folder import fit_figures as fit_figures
+from jaxmotor.present._folder import picture as picture
 from jaxmotor.present._folder import validation_figures as validation_figures
 from jaxmotor.present._folder import write_diagnosis as write_diagnosis
 from jaxmotor.present._folder import write_fit as write_fit

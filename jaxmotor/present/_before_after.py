@@ -6,19 +6,19 @@ from matplotlib.figure import Figure
 from jaxmotor.diagnosis import Diagnosis
 from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.present._fit import with_gaps
-from jaxmotor.present._style import EXACT, GREY, MEASURED, PAPER, legend_above, panels, styled
+from jaxmotor.present._style import EXACT, GREY, MEASURED, PAPER, OnAxes, legend_above, panels, styled
 
 MOST_ROWS = 500
 
 
 @styled
-def before_after(diagnosis: Diagnosis) -> Figure:
+def before_after(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """Measured speed and both motors in free simulation, in the held-out segment that gained most; below, what each
     leaves over. Shows at most 500 rows, those in which the gain is largest."""
     before, after = best_gain(diagnosis)
     rows = most_gained(before, after, MOST_ROWS)
     time, gap = with_gaps(before.time_s[rows])
-    figure, axes = panels(2, 3.7, heights=(3, 2))
+    figure, axes = panels(2, 3.7, heights=(3, 2), axes=axes)
     speed, left = axes[:, 0]
     speed.plot(before.time_s[rows], before.measured_rad_s[rows], label="measured", **_dots())
     for trace, look, name in ((before, _thin(PAPER), "linear"), (after, _thin(EXACT), "extended")):

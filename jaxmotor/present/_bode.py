@@ -28,6 +28,7 @@ from jaxmotor.present._style import (
     REFERENCE,
     SECOND,
     Look,
+    OnAxes,
     frequency_axis,
     legend_above,
     panels,
@@ -76,9 +77,9 @@ def _standard_errors(measured: FrequencyResponse):
 
 @styled
 @in_float64
-def bode(frequency_response: FrequencyResponse) -> Figure:
+def bode(frequency_response: FrequencyResponse, *, axes: OnAxes = None) -> Figure:
     """Gain and phase of a measured response with its 95 % bands, and the bands' half-widths below."""
-    figure, axes = panels(3, 4.4, heights=(3, 3, 2))
+    figure, axes = panels(3, 4.4, heights=(3, 3, 2), axes=axes)
     gain, phase, width = axes[:, 0]
     measured = in_order(frequency_response)
     frequency, response = np.asarray(measured.frequency_Hz), np.asarray(measured.response)
@@ -98,14 +99,14 @@ def bode(frequency_response: FrequencyResponse) -> Figure:
 
 @styled
 @in_float64
-def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit]) -> Figure:
+def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit], *, axes: OnAxes = None) -> Figure:
     """A measured response with the models of `fits` (one of each kind), and what each leaves over.
 
     A fit by the paper's method is held against what that method reads: the difference to the *previous* count.
     Where there is an exact fit too, the paper's formula is also drawn with the exact motor: what is left then is not
     the pole's fault, and follows the -ωT/2 of that difference, which the paper's model lacks.
     """
-    figure, axes = panels(4, 5.6, heights=(3, 3, 2, 2.4))
+    figure, axes = panels(4, 5.6, heights=(3, 3, 2, 2.4), axes=axes)
     gain, phase, gain_left, phase_left = axes[:, 0]
     measured = in_order(frequency_response)
     frequency = np.asarray(measured.frequency_Hz)

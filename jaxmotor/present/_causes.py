@@ -6,7 +6,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from jaxmotor.diagnosis import Diagnosis
-from jaxmotor.present._style import BLACK, panels, styled
+from jaxmotor.present._style import BLACK, OnAxes, heading, panels, styled
 
 LINEAR, NAMED, RIVAL = (
     {"facecolor": "#BDBDBD", "edgecolor": "#6E6E6E"},
@@ -16,11 +16,11 @@ LINEAR, NAMED, RIVAL = (
 
 
 @styled
-def causes(diagnosis: Diagnosis) -> Figure:
+def causes(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """Drift chi2 per sample on held-out segments, of the linear motor, of the extended one, and with a rival in an
     effect's place: bars from the floor, 1, on a logarithmic axis. A star is a rival that cannot be told apart."""
     rows = _rows(diagnosis)
-    figure, axes = panels(1, 1.0 + (0.33 if len(diagnosis.effects) > 1 else 0.24) * len(rows))
+    figure, axes = panels(1, 1.0 + (0.33 if len(diagnosis.effects) > 1 else 0.24) * len(rows), axes=axes)
     layout = figure.get_layout_engine()
     assert isinstance(layout, ConstrainedLayoutEngine)
     layout.set(w_pad=0.12)  # names are wider in print than at the resolution of the layout
@@ -44,7 +44,7 @@ def causes(diagnosis: Diagnosis) -> Figure:
     ax.set_xlabel("Drift, held out (chi2 per sample)")
     floor = "the encoder's rounding" if diagnosis.fit.floor_known else "the noise"
     same = "; * not told apart" if any("*" in name for name, _, _ in rows) else ""
-    figure.suptitle(f"1 = {floor} alone{same}", fontsize=8, x=0.02, ha="left")
+    heading(axes, f"1 = {floor} alone{same}")
     return figure
 
 

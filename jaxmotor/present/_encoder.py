@@ -7,22 +7,40 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from jaxmotor.bench import SpeedResolution, speed_resolution
-from jaxmotor.present._style import BLACK, BLUE, EXACT, GREEN, GREY, VERMILLION, legend_above, panels, styled
+from jaxmotor.present._style import (
+    BLACK,
+    BLUE,
+    EXACT,
+    GREEN,
+    GREY,
+    VERMILLION,
+    OnAxes,
+    heading,
+    legend_above,
+    panels,
+    styled,
+)
 
 STYLES = [(BLACK, "-"), (BLUE, (0, (6, 1.5))), (VERMILLION, (0, (4, 1.3, 1, 1.3))), (GREEN, (0, (2, 1.2)))]
 
 
 @styled
-def encoder(counts_per_rev: float | int, rows: Sequence[SpeedResolution], speeds_rad_s: Sequence[float] = ()) -> Figure:
+def encoder(
+    counts_per_rev: float | int,
+    rows: Sequence[SpeedResolution],
+    speeds_rad_s: Sequence[float] = (),
+    *,
+    axes: OnAxes = None,
+) -> Figure:
     """Speed error of one count against the sampling period (eq. 2), and relative to the speed (eq. 3).
 
     `rows` are marked in the first panel, and up to four of them drawn in the second; `speeds_rad_s` are marked there.
     """
-    figure, axes = panels(1, 2.6, columns=2, share_x=False)
+    figure, axes = panels(1, 2.6, columns=2, share_x=False, axes=axes)
     _against_period(axes[0, 0], counts_per_rev, rows)
     _against_speed(axes[0, 1], rows, speeds_rad_s)
     ticks = "one tick" if rows[0].ticks == 1 else f"{rows[0].ticks} ticks"
-    figure.suptitle(f"{counts_per_rev:g} counts per turn, speed from the counts of {ticks}", fontsize=8)
+    heading(axes, f"{counts_per_rev:g} counts per turn, speed from the counts of {ticks}")
     return figure
 
 

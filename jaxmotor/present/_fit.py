@@ -17,7 +17,10 @@ from jaxmotor.present._style import (
     OTHER,
     PAPER,
     Look,
+    OnAxes,
+    heading,
     legend_above,
+    legend_below,
     panels,
     plain,
     styled,
@@ -33,16 +36,17 @@ COLUMNS = 3
 
 
 @styled
-def simulation(fit: Fit | OpenLoop, recording: Recording | None = None) -> Figure:
-    """Measured speed and the motor's in free simulation, one panel for each of at most 12 segments.
+def simulation(fit: Fit | OpenLoop, recording: Recording | None = None, *, axes: OnAxes = None) -> Figure:
+    """Measured speed and the motor's in free simulation, one panel for each of at most 12 segments, or of
+    as many as there are `axes`.
 
     Each panel shows the first 200 rows, and its fit % is of the whole segment. With the `recording` panels are named
     after what was applied.
     """
-    chosen = spread(fit.traces)
-    columns = min(COLUMNS, len(chosen))
+    chosen = spread(fit.traces, MOST_PANELS if axes is None else np.size(axes))  # pyright: ignore[reportArgumentType]
+    columns = min(COLUMNS, len(chosen)) if axes is None else len(chosen)
     rows = -(-len(chosen) // columns)
-    figure, axes = panels(rows, 0.75 + max(1.05 * rows, 1.6), columns=columns, share_x=False, share_y=True)
+    figure, axes = panels(rows, 0.75 + max(1.05 * rows, 1.6), columns=columns, share_x=False, share_y=True, axes=axes)
     for ax, trace in zip(axes.flat, chosen, strict=False):
         _simulated(ax, trace, recording)
     for ax in axes.flat[len(chosen) :]:
@@ -51,19 +55,18 @@ def simulation(fit: Fit | OpenLoop, recording: Recording | None = None) -> Figur
         axes[(len(chosen) - 1 - column) // columns, column].set_xlabel("Time (s)")
     for ax in axes[:, 0]:
         ax.set_ylabel("Speed\n(rad/s)")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower left", ncols=2)
+    legend_below(axes, 2)
     some = f", {len(chosen)} shown" if len(chosen) < len(fit.traces) else ""
     number = "1 segment" if len(fit.traces) == 1 else f"{len(fit.traces)} segments"
     scored = "not fitted" if isinstance(fit, OpenLoop) else "fitted"
     were = "was" if len(fit.traces) == 1 else "were"
     score = f"fit {fit_percent(fit.traces):.2f} % in {number} that {were} {scored}"
-    figure.suptitle(score + some, fontsize=8, x=0.02, ha="left")
+    heading(axes, score + some)
     return figure
 
 
 @styled
-def residuals(fit: Fit, recording: Recording | None = None) -> Figure:
+def residuals(fit: Fit, recording: Recording | None = None, *, axes: OnAxes = None) -> Figure:
     """What the fit leaves over, against time and as a histogram.
 
     With the `recording` of an encoder residuals are in counts, beside what the encoder alone would give: a difference
@@ -73,7 +76,7 @@ def residuals(fit: Fit, recording: Recording | None = None) -> Figure:
     left = [in_counts(trace, recording) if recording and counts else _left(trace) for trace in fit.traces]
     unit, per = ("counts", "count") if counts else ("rad/s", "rad/s")
     everything = np.concatenate(left)
-    figure, axes = panels(1, 2.6, columns=2, share_x=False, share_y=True)
+    figure, axes = panels(1, 2.6, columns=2, share_x=False, share_y=True, axes=axes)
     over_time, histogram = axes[0]
     _over_time(over_time, fit.traces, left)
     over_time.set(xlabel="Running time of the segments (s)", ylabel=f"Left over ({unit})")
@@ -83,15 +86,15 @@ def residuals(fit: Fit, recording: Recording | None = None) -> Figure:
     histogram.set_xlabel(f"Density (per {per})")
     floor = "encoder's" if fit.floor_known else "estimated"
     text = f"mean square {fit.chi2_per_sample:.3g} times the {floor} floor, {fit.method} fit"
-    figure.suptitle(text, fontsize=8, x=0.02, ha="left")
+    heading(axes, text)
     return figure
 
 
-def spread(traces: tuple[Trace, ...]) -> tuple[Trace, ...]:
-    """At most `MOST_PANELS` of `traces`, evenly over them."""
-    if len(traces) <= MOST_PANELS:
+def spread(traces: tuple[Trace, ...], most: int = MOST_PANELS) -> tuple[Trace, ...]:
+    """At most `most` of `traces`, evenly over them."""
+    if len(traces) <= most:
         return traces
-    return tuple(traces[index] for index in np.linspace(0, len(traces) - 1, MOST_PANELS).round().astype(int))
+    return tuple(traces[index] for index in np.linspace(0, len(traces) - 1, most).round().astype(int))
 
 
 def in_counts(trace: Trace, recording: Recording) -> np.ndarray:

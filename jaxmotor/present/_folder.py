@@ -91,6 +91,16 @@ def validation_figures(validation: Validation, recording: Recording) -> dict[str
     return figures
 
 
+def picture(result: object) -> Figure | None:
+    """The one figure of `result` that tells most; None where it has none."""
+    if isinstance(result, Fit):
+        return simulation(result)
+    if isinstance(result, Diagnosis):
+        return missing(result) if len(result.missing.volts) else None
+    loop = result.open_loop if isinstance(result, Validation) else None
+    return None if loop is None else simulation(loop)
+
+
 def nearest_sine(fit: Fit, recording: Recording) -> int | None:
     """The fitted sine segment whose frequency is nearest to the paper's; None where there is none."""
     frequencies = {

@@ -8,14 +8,14 @@ from matplotlib.figure import Figure
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.diagnosis import LearnedLaw
 from jaxmotor.present._missing import COORDINATES
-from jaxmotor.present._style import BAND, BLACK, BLUE, Look, panels, plain, styled
+from jaxmotor.present._style import BAND, BLACK, BLUE, Look, OnAxes, legend_below, panels, plain, styled
 
 BEST = Look(color=BLUE, linestyle="-", linewidth=1.8)
 OTHER = Look(color=BLACK, linestyle="-", linewidth=0.9)
 
 
 @styled
-def learned(laws: tuple[LearnedLaw, ...]) -> Figure:
+def learned(laws: tuple[LearnedLaw, ...], *, axes: OnAxes = None) -> Figure:
     """The curves of `laws`, a panel each, with a band of two standard errors; the best law comes first and is marked.
 
     A panel's title is the part of what the model leaves over that its curve explains on data it was not fitted to.
@@ -24,16 +24,16 @@ def learned(laws: tuple[LearnedLaw, ...]) -> Figure:
     """
     if not laws:
         raise JaxmotorError("No curve was learned: the recording is too short for it. Record a longer one.")
-    rows = math.ceil(len(laws) / 2)
-    figure, axes = panels(rows, 0.6 + 2.0 * rows, columns=min(len(laws), 2), share_x=False, share_y=True)
+    columns = min(len(laws), 2) if axes is None else len(laws)
+    rows = math.ceil(len(laws) / columns)
+    figure, axes = panels(rows, 0.6 + 2.0 * rows, columns=columns, share_x=False, share_y=True, axes=axes)
     for ax, law in zip(axes.flat, laws, strict=False):
         _curve(ax, law, best=law is laws[0] and law.share > 0)
     for ax in axes.flat[len(laws) :]:
         ax.set_axis_off()
     for ax in axes[:, 0]:
         ax.set_ylabel("Missing voltage (mV)")
-    handles, labels = axes.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower left", ncols=2)
+    legend_below(axes, 2)
     return figure
 
 

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from jaxmotor.diagnosis import Diagnosis, Look, MissingVolts
 from jaxmotor.present import _style
-from jaxmotor.present._style import BLACK, BLUE, VERMILLION, panels, styled
+from jaxmotor.present._style import BLACK, BLUE, VERMILLION, OnAxes, legend_below, panels, styled
 
 BEFORE = (
     _style.Look(color="#BDBDBD", linestyle="none", marker=".", markersize=2, markeredgewidth=0),
@@ -27,14 +27,14 @@ COORDINATES = {
 
 
 @styled
-def missing(diagnosis: Diagnosis) -> Figure:
+def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """Missing volts against speed, voltage, shaft angle and time: a dot for each window of 60 ms, and means of 24 bins.
 
     Grey and black is what the linear model lacks, blue what the extended one does. The dashed lines are two standard
     deviations of what the encoder's rounding alone gives. A panel's title is the part of the variance that its
     coordinate explains, before and after; of the linear model's variance in both cases.
     """
-    figure, axes = panels(2, 4.6, columns=2, share_x=False, share_y=True)
+    figure, axes = panels(2, 4.6, columns=2, share_x=False, share_y=True, axes=axes)
     for ax, (coordinate, label) in zip(axes.flat, COORDINATES.items(), strict=True):
         known = np.isfinite(along(diagnosis.missing, coordinate)).all()
         ax.set_xlabel(label if known else f"{label}: not known")
@@ -46,8 +46,7 @@ def missing(diagnosis: Diagnosis) -> Figure:
         ax.set_title(_title(diagnosis, coordinate), loc="left")
     for ax in axes[:, 0]:
         ax.set_ylabel("Missing voltage (mV)")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower left", ncols=3)
+    legend_below(axes, 3)
     return figure
 
 

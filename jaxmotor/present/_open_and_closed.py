@@ -3,11 +3,12 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from jaxmotor.present._style import OnAxes
 from jaxmotor.present._validation import Compared, closed_loop, step
 from jaxmotor.validation import ClosedLoop, StepTrials
 
 
-def step_trials(trials: StepTrials) -> Figure:
+def step_trials(trials: StepTrials, *, axes: OnAxes = None) -> Figure:
     """The mean of the trials of one step with its band, beside the model (Fig. 10)."""
     number = trials.trials
     several = number > 1
@@ -22,10 +23,11 @@ def step_trials(trials: StepTrials) -> Figure:
         title=f"step of {trials.amplitude_V:.3g} V, segments not fitted",
         measured_label=f"mean of {number} trials" if several else "measured, one trial",
         band_label="95 % of the mean" if several else "95 %, encoder alone",
+        axes=axes,
     )
 
 
-def controller(loop: ClosedLoop) -> Figure:
+def controller(loop: ClosedLoop, *, axes: OnAxes = None) -> Figure:
     """Speed and control effort of a closed loop, beside the model's (Fig. 12)."""
     gain = f"k = {loop.gain_V_s_rad:.3g} V s/rad"
     if loop.integral_gain_V_rad:
@@ -47,6 +49,7 @@ def controller(loop: ClosedLoop) -> Figure:
         reference_rad_s=loop.reference_rad_s,
         limit_V=loop.limit_V if np.isfinite(loop.limit_V) else None,
         title=f"{loop.kind} control, {gain}, segment {loop.segment}, not fitted",
+        axes=axes,
     )
 
 

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxmotor.fleet import Population
-from jaxmotor.present._style import BLUE, GREY, REFERENCE, VERMILLION, legend_above, panels, plain, styled
+from jaxmotor.present._style import BLUE, GREY, REFERENCE, VERMILLION, OnAxes, legend_above, panels, plain, styled
 
 LABELS = {
     "gain_rad_s_V": "Gain (rad/s/V)",
@@ -22,14 +22,14 @@ MOST_BARS = 500
 
 
 @styled
-def population_figure(population: Population) -> Figure:
+def population_figure(population: Population, *, axes: OnAxes = None) -> Figure:
     """Each pair of parameters with the ellipses that hold 50 % and 99.9 % of the motors, or one parameter sorted.
 
     The ellipses are of the motors themselves, without their estimates' errors; the bars are 95 % of these.
     """
     size = len(population.names)
     pairs = [(0, k) for k in range(1, size)] or [(0, 0)]
-    figure, axes = panels(len(pairs), 2.9 * len(pairs), share_x=False)
+    figure, axes = panels(len(pairs), 2.9 * len(pairs), share_x=False, axes=axes)
     for ax, (across, up) in zip(axes[:, 0], pairs, strict=True):
         if across == up:
             _sorted(ax, population)

@@ -6,7 +6,21 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.present._style import BAND, BLACK, EXACT, GREY, MEASURED, PAPER, Look, legend_above, panels, plain, styled
+from jaxmotor.present._style import (
+    BAND,
+    BLACK,
+    EXACT,
+    GREY,
+    MEASURED,
+    PAPER,
+    Look,
+    OnAxes,
+    heading,
+    legend_above,
+    panels,
+    plain,
+    styled,
+)
 from jaxmotor.recording import Recording, Segment, angle_of
 
 PERIODS_SHOWN = 3
@@ -35,7 +49,9 @@ class SineCurve(NamedTuple):
 
 
 @styled
-def position_drift(recording: Recording, segment: int, *, pole_rad_s: float | None = None) -> Figure:
+def position_drift(
+    recording: Recording, segment: int, *, pole_rad_s: float | None = None, axes: OnAxes = None
+) -> Figure:
     """Position of the sine `segment` with the drift that was fitted along with it.
 
     With the pole of the motor [rad/s] the transient of the start is fitted, too.
@@ -45,7 +61,7 @@ def position_drift(recording: Recording, segment: int, *, pole_rad_s: float | No
     if recording.measured == "speed":
         raise JaxmotorError(f"{recording.name}: logs speeds, so there is no position to show the drift of")
     curve = sine_curve(recording, segment, pole_rad_s)
-    figure, axes = panels(1, 2.5)
+    figure, axes = panels(1, 2.5, axes=axes)
     ax = axes[0, 0]
     ax.plot(curve.time_s, np.rad2deg(curve.measured), color=BLACK, linewidth=0.6, label="position")
     rate = f"drift, {np.rad2deg(curve.drift_rad_s):+.3g} degrees/s"
@@ -53,12 +69,12 @@ def position_drift(recording: Recording, segment: int, *, pole_rad_s: float | No
     ax.set(xlabel="Time (s)", ylabel="Position (degrees)")
     ax.margins(x=0.01)
     legend_above(ax)
-    _title(figure, recording, curve)
+    _title(axes, recording, curve)
     return figure
 
 
 @styled
-def sine_fit(recording: Recording, segment: int, *, pole_rad_s: float | None = None) -> Figure:
+def sine_fit(recording: Recording, segment: int, *, pole_rad_s: float | None = None, axes: OnAxes = None) -> Figure:
     """Measured speed of the sine `segment` with two fitted sines, and what they leave.
 
     *Ours* is fitted to the position with offset, drift and, given the pole of the motor [rad/s], the transient; a
@@ -72,7 +88,7 @@ def sine_fit(recording: Recording, segment: int, *, pole_rad_s: float | None = N
     paper = paper_sine(curve.frequency_Hz, end, measured)
     window = _window(recording)
     shown = end <= end[0] + PERIODS_SHOWN / curve.frequency_Hz
-    figure, axes = panels(2, 3.7, heights=(3, 1.6))
+    figure, axes = panels(2, 3.7, heights=(3, 1.6), axes=axes)
     speed, left = axes[:, 0]
     middle = end - window / 2
     speed.plot(middle[shown], measured[shown], label="measured", **{**MEASURED, "markersize": 3})
@@ -88,7 +104,7 @@ def sine_fit(recording: Recording, segment: int, *, pole_rad_s: float | None = N
     left.axhline(0, color=GREY, linewidth=0.6)
     left.set(xlabel="Time (s)", ylabel="Left over (rad/s)")
     legend_above(left, columns=3)
-    _title(figure, recording, curve)
+    _title(axes, recording, curve)
     return figure
 
 
@@ -148,7 +164,7 @@ def _sine_segment(recording: Recording, segment: int) -> Segment:
     return run
 
 
-def _title(figure: Figure, recording: Recording, curve: SineCurve) -> None:
+def _title(axes: np.ndarray, recording: Recording, curve: SineCurve) -> None:
     motor = recording.header.get("motor")
     text = f"sine of {curve.frequency_Hz:.4g} Hz"
-    figure.suptitle(text if motor is None else f"{plain(motor)}, {text}", fontsize=8, x=0.02, ha="left")
+    heading(axes, text if motor is None else f"{plain(motor)}, {text}")

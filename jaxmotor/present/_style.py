@@ -15,6 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 
+from jaxmotor._errors import JaxmotorError
+
 P = ParamSpec("P")
 
 WIDTH_IN = 12 / 2.54
@@ -69,6 +71,14 @@ BAND: Look = {"facecolor": "#D4D4D4", "edgecolor": "none", "linewidth": 0, "zord
 HATCHED: Look = {"facecolor": "none", "edgecolor": BLUE, "hatch": "//////", "linewidth": 0.5, "zorder": 0.6}
 
 
+OnAxes = Axes | Sequence[Axes] | np.ndarray | None
+"""Where a figure's panels are drawn, row by row; None: in a figure of their own."""
+
+
+class OwnFigure(Figure):
+    """A figure that only we draw on."""
+
+
 def styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
     """Run `function` with `STYLE` over matplotlib's own defaults; the program's settings are as before after it."""
 
@@ -76,7 +86,8 @@ def styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.style.context(STYLE, after_reset=True):
             figure = function(*args, **kwargs)
-            _settle(figure)
+            if isinstance(figure, OwnFigure):
+                _settle(figure)
             return figure
 
     return wrapped
@@ -106,13 +117,39 @@ def panels(
     heights: Sequence[float | int] | None = None,
     share_x: bool = True,
     share_y: bool = False,
+    axes: OnAxes = None,
 ) -> tuple[Figure, np.ndarray]:
-    """An empty figure of the house width, and its axes (`rows`, `columns`)."""
-    figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+    """An empty figure of the house width, and its axes (`rows`, `columns`); or the figure of these `axes`, and they.
+
+    **Raises:** `JaxmotorError` where they are not as many.
+    """
+    if axes is not None:
+        given = np.asarray(axes, dtype=object).reshape(-1)
+        if len(given) != rows * columns or not all(isinstance(ax, Axes) for ax in given):
+            raise JaxmotorError(f"this figure has {rows * columns} panels; give as many of matplotlib's Axes")
+        return given[0].figure, given.reshape(rows, columns)
+    figure = OwnFigure(figsize=(WIDTH_IN, height_in), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False, sharex=share_x, sharey=share_y, height_ratios=heights)
     for ax in axes.flat:
         grid(ax)
     return figure, axes
+
+
+def heading(axes: np.ndarray, text: str) -> None:
+    """`text` above all panels; above the first where the figure is somebody else's and that has no title."""
+    if isinstance(axes.flat[0].figure, OwnFigure):
+        axes.flat[0].figure.suptitle(text, fontsize=8, x=0.02, ha="left")
+    elif not axes.flat[0].get_title(loc="left"):
+        axes.flat[0].set_title(text, loc="left")
+
+
+def legend_below(axes: np.ndarray, columns: int) -> None:
+    """The first panel's legend below all panels; in that panel where the figure is somebody else's."""
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    if isinstance(axes.flat[0].figure, OwnFigure):
+        axes.flat[0].figure.legend(handles, labels, loc="outside lower left", ncols=columns)
+    else:
+        axes.flat[0].legend()
 
 
 def grid(ax: Axes) -> None:

@@ -19,6 +19,8 @@ from jaxmotor.present._style import (
     HATCHED,
     REFERENCE,
     Look,
+    OnAxes,
+    heading,
     legend_above,
     panels,
     plain,
@@ -65,14 +67,15 @@ def step(
     predicted_label: str = "predicted",
     band_label: str = "95 % of the mean",
     predicted_band_label: str = "95 % of the prediction",
+    axes: OnAxes = None,
 ) -> Figure:
     """Speed after a step, the mean of the trials with its band beside the prediction, and their difference below."""
     labels = (measured_label, predicted_label, band_label, predicted_band_label)
-    figure, axes = panels(2, 3.6, heights=(3, 1.5))
+    figure, axes = panels(2, 3.6, heights=(3, 1.5), axes=axes)
     speed, left = axes[:, 0]
     _draw(speed, compared, labels)
     speed.set_ylabel("Speed (rad/s)")
-    _legend(figure, speed, title)
+    _legend(axes, title)
     _draw_left(left, compared)
     left.set(xlabel="Time (s)", ylabel="Measured less\npredicted (rad/s)")
     return figure
@@ -90,20 +93,21 @@ def closed_loop(
     predicted_label: str = "predicted",
     band_label: str = "95 % of the measured",
     predicted_band_label: str = "95 % of the prediction",
+    axes: OnAxes = None,
 ) -> Figure:
     """Speed and control effort [V] of a closed loop, measured beside predicted.
 
     `reference_rad_s` is one speed or one for each row; `limit_V` is where the drive saturates.
     """
     labels = (measured_label, predicted_label, band_label, predicted_band_label)
-    figure, axes = panels(2, 4.0, heights=(3, 2))
+    figure, axes = panels(2, 4.0, heights=(3, 2), axes=axes)
     upper, lower = axes[:, 0]
     _draw(upper, speed, labels)
     if reference_rad_s is not None:
         reference = np.broadcast_to(np.asarray(reference_rad_s, dtype=float), speed.time_s.shape)
         upper.plot(speed.time_s, reference, label="reference", drawstyle="steps-post", **REFERENCE)
     upper.set_ylabel("Speed (rad/s)")
-    _legend(figure, upper, title)
+    _legend(axes, title)
     _draw(lower, effort, labels)
     if limit_V is not None:
         for sign in _signs(effort):
@@ -154,11 +158,12 @@ def _dots(compared: Compared) -> Look:
     )
 
 
-def _legend(figure: Figure, ax: Axes, title: str) -> None:
+def _legend(axes: np.ndarray, title: str) -> None:
+    ax = axes[0, 0]
     labels = ax.get_legend_handles_labels()[1]
     legend_above(ax, columns=2 if len(labels) == 4 else 3)
     if title:
-        figure.suptitle(plain(title, 80), fontsize=8, x=0.02, ha="left")
+        heading(axes, plain(title, 80))
 
 
 def _signs(effort: Compared) -> tuple[float, ...]:

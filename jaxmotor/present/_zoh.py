@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 
 from jaxmotor._precision import in_float64
 from jaxmotor.motor import AbstractLinearMotor, FirstOrder, mean_speed_response, to_complex, zoh_factor
-from jaxmotor.present._style import EXACT, GREY, PAPER, REFERENCE, frequency_axis, legend_above, panels, styled
+from jaxmotor.present._style import EXACT, GREY, PAPER, REFERENCE, OnAxes, frequency_axis, legend_above, panels, styled
 
 
 @styled
 @in_float64
-def zoh_bode(period_s: float | int, motor: AbstractLinearMotor | None = None) -> Figure:
+def zoh_bode(period_s: float | int, motor: AbstractLinearMotor | None = None, *, axes: OnAxes = None) -> Figure:
     """Gain and phase that sampling with `period_s` [s] adds to a motor: as eq. 4 has it, and exactly.
 
     The exact curve is z⁻¹V(z)/G(jω): the hold *and* the count difference that the speed is read from. It depends
@@ -27,7 +27,7 @@ def zoh_bode(period_s: float | int, motor: AbstractLinearMotor | None = None) ->
     exact_Hz = np.geomspace(0.005 * rate, 0.49 * rate, 400)
     hold = np.asarray(zoh_factor(jnp.asarray(hold_Hz), jnp.asarray(period_s)))
     exact = exact_sampling(given, exact_Hz, period_s)
-    figure, axes = panels(2, 3.6)
+    figure, axes = panels(2, 3.6, axes=axes)
     gain, phase = axes[:, 0]
     gain.plot(hold_Hz, decibel(hold), label="hold alone (eq. 4)", **PAPER)
     gain.plot(exact_Hz, decibel(exact), label="hold and count difference, exact", **EXACT)

@@ -6,7 +6,12 @@ from jaxmotor.recording._check import check as check
 from jaxmotor.recording._check import check_output as check_output
 from jaxmotor.recording._check import lost_ticks as lost_ticks
 from jaxmotor.recording._check import warn_sign as warn_sign
+from jaxmotor.recording._chosen import Which as Which
+from jaxmotor.recording._chosen import chosen_segments as chosen_segments
+from jaxmotor.recording._chosen import names_segments as names_segments
 from jaxmotor.recording._foreign import import_log as import_log
+from jaxmotor.recording._from_arrays import from_arrays as from_arrays
+from jaxmotor.recording._from_arrays import from_dataframe as from_dataframe
 from jaxmotor.recording._from_columns import from_columns as from_columns
 from jaxmotor.recording._from_columns import header_of as header_of
 from jaxmotor.recording._header import OWN_KEYS as OWN_KEYS
@@ -17,6 +22,7 @@ from jaxmotor.recording._log_unit import LogUnit as LogUnit
 from jaxmotor.recording._log_unit import log_unit as log_unit
 from jaxmotor.recording._ranges import ranges as ranges
 from jaxmotor.recording._read import read as read
+from jaxmotor.recording._read import recording_of as recording_of
 from jaxmotor.recording._recording import KINDS as KINDS
 from jaxmotor.recording._recording import Measured as Measured
 from jaxmotor.recording._recording import Recording as Recording

@@ -26,7 +26,7 @@ UNKNOWN_V = 1.0
 
 
 def import_log(
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | Table,
     *,
     time: str = "t_s:s",
     input: str = "u_V:V",
@@ -76,7 +76,9 @@ def import_log(
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
     if drop_first < 0:
         raise RecordingError(f"--drop-first is {drop_first}; it is a number of rows")
-    table = read_table(Path(path), columns=columns, drop=drop_first, decimal_comma=decimal_comma)
+    table = path
+    if not isinstance(table, Table):
+        table = read_table(Path(table), columns=columns, drop=drop_first, decimal_comma=decimal_comma)
     names = list(table.cells)
     with _about(table.source):
         table, bounds, labels = _segments(table, segment, drop_first)
@@ -96,7 +98,7 @@ def import_log(
     stated |= {"wrap": None if wrap is None else str(wrap), "segment": segment, "supply": supply, "columns": columns}
     missing = len(table) - len(log.stamps[0])
     header: dict[str, Any] = {
-        "imported": _how(Path(path), input_acts, stated) | ({"missing_rows": missing} if missing else {})
+        "imported": _how(Path(table.source), input_acts, stated) | ({"missing_rows": missing} if missing else {})
     }
     if supply_unknown:
         header["supply_unknown"] = True

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxmotor._arguments import taken
 from jaxmotor._sentences import shown
 from jaxmotor.recording._columns import FLOATS, INTEGERS, parse_names, parse_rows
 from jaxmotor.recording._header import OWN_KEYS, OWN_SEGMENT_KEYS, Header, is_recording, parse_header
@@ -28,6 +29,11 @@ def read(path: str | os.PathLike[str]) -> Recording:
     """
     path = Path(path)
     return parse(load(path), str(path))
+
+
+def recording_of(given: Recording | str | os.PathLike[str]) -> Recording:
+    """`given`, or what stands in the file of that path. **Raises:** `JaxmotorError`, also for anything else."""
+    return taken(given, Recording, "a recording (a Recording, or the path of its file)", read)
 
 
 def parse(data: bytes, source: str) -> Recording:

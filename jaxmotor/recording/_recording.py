@@ -1,5 +1,6 @@
 """What was measured: segments of ticks in SI units, as numpy arrays (format 1)."""
 
+import collections
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor._shown import Shown, data_frame
 
 KINDS = ("sine", "multisine", "chirp", "prbs", "step", "ramp", "closed_loop", "rest", "other")
 Measured = Literal["count", "angle", "speed"]
@@ -57,8 +59,8 @@ class Segment:
         return len(self.time_s)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Recording:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Recording(Shown):
     """Segments that one motor produced on one rig, and what is needed to read them."""
 
     segments: tuple[Segment, ...]
@@ -96,9 +98,26 @@ class Recording:
         """File name without its folder."""
         return Path(self.source).name
 
-    def __repr__(self) -> str:
+    def to_dataframe(self) -> Any:
+        """All rows as pandas' data frame: `segment`, `kind`, `time_s` from the segment's start, and what was logged.
+
+        **Raises:** `JaxmotorError` where pandas is not installed.
+        """
+        names = [field.name for field in dataclasses.fields(Segment)]
+        logged = [name for name in names if isinstance(getattr(self.segments[0], name), np.ndarray)]
+        sizes = [len(segment) for segment in self.segments]
+        about = {"segment": np.arange(len(sizes)), "kind": np.array([segment.kind for segment in self.segments])}
+        rows = {name: np.concatenate([getattr(segment, name) for segment in self.segments]) for name in logged}
+        return data_frame({name: np.repeat(values, sizes) for name, values in about.items()} | rows)
+
+    def _title(self) -> str:
         rows = sum(len(segment) for segment in self.segments)
-        return f"Recording({self.name!r}, {len(self.segments)} segments, {rows} rows, {self.measured})"
+        pace = "uneven" if self.period_s is None else f"one per {self.period_s:g} s"
+        return f"Recording {self.name}: {rows} rows, {pace}, of {len(self.segments)} segments; {self.measured} measured"
+
+    def _remarks(self) -> tuple[str, ...]:
+        number = collections.Counter(segment.kind for segment in self.segments)
+        return (", ".join(f"{kind}: {count}" for kind, count in number.items()),)
 
 
 def angle_of(recording: Recording, segment: Segment) -> np.ndarray:

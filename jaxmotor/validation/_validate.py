@@ -1,13 +1,15 @@
 """A model against a recording: which segments may be scored, and each scored in its way."""
 
+import os
 from typing import NamedTuple
 
 import jax
 
+from jaxmotor._arguments import check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
-from jaxmotor.estimate import Model, fingerprint
-from jaxmotor.recording import Recording, check_jumps, check_output, lost_ticks, warn_sign
+from jaxmotor.estimate import AnyModel, Model, fingerprint, model_of
+from jaxmotor.recording import Recording, check_jumps, check_output, lost_ticks, recording_of, warn_sign
 from jaxmotor.validation._closed_loop import validate_closed_loop
 from jaxmotor.validation._controller import Controller, controller_of
 from jaxmotor.validation._drawn_motors import check_covariance
@@ -35,8 +37,12 @@ class _Plan(NamedTuple):
 
 
 @in_float64
-def validate(model: Model, recording: Recording, *, seed: int = 0, simulations: int = SIMULATIONS) -> Validation:
+def validate(
+    model: AnyModel, recording: Recording | str | os.PathLike[str], *, seed: int = 0, simulations: int = SIMULATIONS
+) -> Validation:
     """Hold `model` against those segments of `recording` that it was not fitted to.
+
+    A `Fit`, a `Diagnosis` or the path of a model file will do for the model, a path for the recording.
 
     Open loop: every segment but rests and closed loops. Steps: trials of equal voltages, averaged. Closed loop: the
     controller in the header run on the model. `seed` draws the parameters and encoder offsets of `simulations` runs
@@ -44,6 +50,9 @@ def validate(model: Model, recording: Recording, *, seed: int = 0, simulations: 
 
     **Raises:** `JaxmotorError`, one sentence, where the recording is damaged or nothing in it may be scored.
     """
+    model, recording = model_of(model), recording_of(recording)
+    check_whole("seed", seed)
+    check_whole("simulations", simulations)
     if simulations < LEAST_SIMULATIONS:
         raise JaxmotorError(f"{simulations} simulations give no 95 % band; ask for {LEAST_SIMULATIONS} or more")
     check_output(recording)

@@ -5,8 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxmotor._numbers import with_bracket
+from jaxmotor._shown import Shown
 from jaxmotor.estimate import Model, Trace
 
+MOST = 6
+"""Results that are named one by one."""
 LIMITS = 0.025, 0.975
 """Quantiles between which 95 % lie."""
 
@@ -194,8 +198,8 @@ class Skipped:
     reason: str
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Validation:
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class Validation(Shown):
     """A model held against segments that it was not fitted to."""
 
     model: Model
@@ -214,7 +218,20 @@ class Validation:
     notes: tuple[str, ...]
     """Sentences that a user should read."""
 
-    def __repr__(self) -> str:
-        fit = "" if self.open_loop is None else f", fit {self.open_loop.pooled.fit_percent:.1f} %"
-        parts = f"{len(self.steps)} steps, {len(self.closed_loop)} closed loops"
-        return f"Validation({self.recording!r}, {len(self.scored)} segments scored{fit}, {parts})"
+    def _title(self) -> str:
+        return f"Validation on {self.recording}: {len(self.scored)} segments that were not fitted (brackets: 95 %)"
+
+    def _remarks(self) -> tuple[str, ...]:
+        score = None if self.open_loop is None else self.open_loop.pooled
+        lines = [] if score is None else [f"fit {score.fit_percent:.1f} %, RMSE {score.rmse_rad_s:.3g} rad/s"]
+        for steps in self.steps:
+            lines.append(f"step to {steps.amplitude_V:.3g} V: rise time {_compared(steps.rise_time_s)} s")
+        for loop in self.closed_loop:
+            steady = _compared(loop.steady_speed_rad_s)
+            lines.append(f"{loop.kind} loop of segment {loop.segment}: steady speed {steady} rad/s")
+        more = [f"and {len(lines) - MOST} more"] if len(lines) > MOST else []
+        return (*lines[:MOST], *more)
+
+
+def _compared(one: Comparison) -> str:
+    return f"measured {with_bracket(one.measured)}, predicted {with_bracket(one.predicted)}"

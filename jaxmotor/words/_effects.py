@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from jaxmotor._numbers import with_error
 from jaxmotor.diagnosis import FoundEffect
 from jaxmotor.motor.effects import AbstractEffect, parameters
-from jaxmotor.words._numbers import with_error
 
 FRIENDLY = {
     "V": (1e3, "mV"),

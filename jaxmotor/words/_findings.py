@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
-from jaxmotor.estimate import Fit, Noise
+from jaxmotor.estimate import Noise
 from jaxmotor.motor import EFFECTS
 
 
@@ -51,14 +51,6 @@ def looks_like(diagnosis: Diagnosis) -> str | None:
     also = "beside that, what is left" if diagnosis.effects else "what is missing"
     more = "no further cause is named" if diagnosis.effects else "no cause is named"
     return f"{also} looks like {look.text}; {more}: this says where to look, not why"
-
-
-def allowing(fit: Fit | Diagnosis) -> str | None:
-    """The intervals that allow for open hypotheses; None where nothing is open."""
-    if not fit.open_hypotheses or fit.allowed is None:
-        return None
-    gains, poles = ([f"{end:.4g}" for end in ends] for ends in (fit.allowed.gain, fit.allowed.pole))
-    return f"with what the input leaves open: gain {' to '.join(gains)} rad/s/V, pole {' to '.join(poles)} rad/s"
 
 
 def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:

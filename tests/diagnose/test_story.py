@@ -108,7 +108,8 @@ def test_the_story_names_the_cause_and_what_it_is_worth():
     for part in (
         f"lacks {1e3 * found.missing.rms_V:.3g} mV rms at the motor",
         "a torque that depends on the speed",
-        "coulomb_friction: dry friction takes",
+        f"coulomb_friction (probability {100 * found.effects[0].probability:.0f} %",
+        "): dry friction takes",
         f"fit {held_out.before.fit_percent:.3g} % [",
         f"-> {held_out.after.fit_percent:.3g} % [",
         f"{held_out.before.chi2_per_sample:.3g} [",

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxmotor._precision import to_jax
+from jaxmotor.motor._readable import readable
 
 E = TypeVar("E", bound="AbstractEffect")
 Scalar = Float[Array, "..."]
@@ -80,6 +81,8 @@ class AbstractEffect(eqx.Module):
     what shows of it only roughly: the less shows, the more that matters. As blind tests show it."""
     difference: ClassVar[float] = 1e-3
     """Over which fits difference its parameters: relative where they are positive, else of their scale."""
+
+    __repr__ = readable
 
     @classmethod
     def of(cls: type[E], **values: Any) -> E:

@@ -270,9 +270,11 @@ class ShaftCompliance(AbstractMotionEffect, AbstractLoadEffect):
 
     def possible(self, rig: Rig) -> bool:
         """From a damping of 1/√2 there is no resonance; the least damped of steel structures have about 0.001. A load
-        of a hundred rotors turns no motor that a hobby supply drives."""
+        of a hundred rotors turns no motor that a hobby supply drives. Ends of a shaft whose speeds differ by v wind up
+        by v/ω: more than five turns are no shaft."""
         rings = 1e-3 <= float(self.damping_ratio) < math.sqrt(0.5)
-        return super().possible(rig) and rings and float(self.inertia_ratio) < 100
+        wound = rig.speed_rad_s / (2 * math.pi * float(self.frequency_Hz))
+        return super().possible(rig) and rings and float(self.inertia_ratio) < 100 and wound < 10 * math.pi
 
     def load(self) -> Load:
         return Load(self.inertia_ratio, 2 * jnp.pi * self.frequency_Hz, self.damping_ratio, None)

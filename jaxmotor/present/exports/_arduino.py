@@ -5,7 +5,7 @@ from pathlib import Path
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import write_text
-from jaxmotor.estimate import Model
+from jaxmotor.estimate import AnyModel
 from jaxmotor.present.exports._c_header import to_c
 from jaxmotor.present.exports._design import Design
 
@@ -24,7 +24,7 @@ includes=JaxmotorMotor.h
 SKETCH = "SpeedLoop"
 
 
-def to_arduino(model: Model, design: Design) -> dict[str, str]:
+def to_arduino(model: AnyModel, design: Design) -> dict[str, str]:
     """The library's files by their path in its folder.
 
     **Raises:** `JaxmotorError` where a number does not fit into the integers.

@@ -4,9 +4,10 @@ No float, no division, no memory but the structures that the caller gives. The l
 are those of `jaxmotor.control`, whose simulation predicts what this code does.
 """
 
+from jaxmotor._arguments import taken
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.control import FeedForward, Hardware, feed_forward, reachable_rad_s
-from jaxmotor.estimate import Model
+from jaxmotor.estimate import AnyModel, Model, model_of
 from jaxmotor.present.exports._c_estimator import MOST_COUNTS, c_estimator
 from jaxmotor.present.exports._c_loops import c_duties, c_feed_forward, c_position_loop, c_speed_loop
 from jaxmotor.present.exports._design import Design
@@ -16,12 +17,13 @@ from jaxmotor.present.exports._left_out import left_out
 MOST_FULL_SCALE = 4095
 
 
-def to_c(model: Model, design: Design) -> str:
+def to_c(model: AnyModel, design: Design) -> str:
     """The header's text.
 
     **Raises:** `JaxmotorError` where a number does not fit into the integers.
     """
-    hardware = design.hardware
+    model = model_of(model)
+    hardware = taken(design, Design, "a Design (of jaxmotor.present.exports.design)").hardware
     if hardware.full_scale > MOST_FULL_SCALE:
         raise JaxmotorError(f"full_scale = {hardware.full_scale} is more than the C header's {MOST_FULL_SCALE}")
     try:

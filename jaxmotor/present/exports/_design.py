@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+from jaxmotor._arguments import taken
 from jaxmotor.control import (
     Estimator,
     Hardware,
@@ -13,7 +14,7 @@ from jaxmotor.control import (
     design_speed_loop,
     linear_of,
 )
-from jaxmotor.estimate import Model
+from jaxmotor.estimate import AnyModel, model_of
 from jaxmotor.motor.effects import parameters
 
 
@@ -31,7 +32,7 @@ class Design(NamedTuple):
 
 
 def design(
-    model: Model,
+    model: AnyModel,
     hardware: Hardware,
     *,
     kind: str = "PI",
@@ -43,7 +44,8 @@ def design(
 
     **Raises:** `JaxmotorError` where what is asked for is not possible.
     """
-    motor = model.whole
+    motor = model_of(model).whole
+    taken(hardware, Hardware, "a Hardware (of jaxmotor.control)")
     linear = linear_of(motor)
     return Design(
         hardware,

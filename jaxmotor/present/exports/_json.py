@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from jaxmotor._arguments import taken
 from jaxmotor._json import plain
 from jaxmotor.control import feed_forward, linear_of, sampled_motor
-from jaxmotor.estimate import Model, model_to_json
+from jaxmotor.estimate import AnyModel, Model, model_of, model_to_json
 from jaxmotor.present.exports._design import Design
 
 FORMAT = 1
@@ -22,8 +23,9 @@ FEED_FORWARD = {
 }
 
 
-def to_export_json(model: Model, design: Design | None = None) -> str:
+def to_export_json(model: AnyModel, design: Design | None = None) -> str:
     """The text of the JSON file; without a `design` its controllers are null."""
+    model = model_of(model)
     content = {key: value for key, value in model_to_json(model).items() if key != "fitted_fingerprints"}
     linear = linear_of(model.whole)
     law = feed_forward(model.whole)
@@ -39,7 +41,7 @@ def to_export_json(model: Model, design: Design | None = None) -> str:
         **dict.fromkeys(("rig", "sampled", "speed_loop", "position_loop", "estimator")),
     }
     if design is not None:
-        content |= _controllers(model, design)
+        content |= _controllers(model, taken(design, Design, "a Design (of jaxmotor.present.exports.design)"))
     return json.dumps(plain(content), indent=1) + "\n"
 
 

@@ -12,7 +12,7 @@ import math
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.control import feed_forward, linear_of, parameter_of, slow_pole
-from jaxmotor.estimate import Model
+from jaxmotor.estimate import AnyModel, model_of
 from jaxmotor.present.exports._fixed_point import ascii_line
 from jaxmotor.present.exports._left_out import left_out
 
@@ -21,11 +21,12 @@ STEPS = 10
 """Of MuJoCo's in the motor's time constant or shortest lag."""
 
 
-def to_mujoco(model: Model, *, inertia_kgm2: float | None = None, supply_V: float | None = None) -> str:
+def to_mujoco(model: AnyModel, *, inertia_kgm2: float | None = None, supply_V: float | None = None) -> str:
     """MJCF with one hinge, its actuator and its sensors; to be loaded as it is, or copied from.
 
     **Raises:** `JaxmotorError` where inertia or supply are not positive.
     """
+    model = model_of(model)
     for name, value in (("inertia", inertia_kgm2), ("supply", supply_V)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise JaxmotorError(f"{name} = {value:g} is not positive")

@@ -12,9 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from jaxmotor._arguments import taken
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.control import Hardware, linear_of, sampled_motor
-from jaxmotor.estimate import Model
+from jaxmotor.estimate import AnyModel, Model, model_of
 from jaxmotor.present.exports._fixed_point import ascii_line, comment
 from jaxmotor.present.exports._left_out import left_out
 
@@ -39,11 +40,12 @@ class ControlMotor(NamedTuple):
     """(p, p) of (gain, pole [, electrical time constant])."""
 
 
-def to_control(model: Model, hardware: Hardware | None = None) -> ControlMotor:
+def to_control(model: AnyModel, hardware: Hardware | None = None) -> ControlMotor:
     """`model` for python-control; `hardware` gives the period and the duty's delay, else the model's period is taken.
 
     **Raises:** `JaxmotorError` where python-control is not installed.
     """
+    model = model_of(model)
     try:
         import control
     except ImportError as error:
@@ -60,8 +62,9 @@ def to_control(model: Model, hardware: Hardware | None = None) -> ControlMotor:
     )
 
 
-def to_python(model: Model, hardware: Hardware | None = None) -> str:
+def to_python(model: AnyModel, hardware: Hardware | None = None) -> str:
     """A Python file that builds the same objects, by names; it needs numpy and control only."""
+    model = model_of(model)
     parts = _parts(model, hardware)
     source = comment(model.recording) or "an unnamed recording"
     lines = [
@@ -119,6 +122,8 @@ def _parts(model: Model, hardware: Hardware | None) -> dict[str, Any]:
         parts |= {"numerator": [gain * pole], "denominator": [1.0, pole]}
         matrices = ([[-pole]], [[gain * pole]], [[1.0]], [[0.0]])
         parts["continuous"] = tuple(np.array(matrix) for matrix in matrices)
+    if hardware is not None:
+        taken(hardware, Hardware, "a Hardware (of jaxmotor.control)")
     period = hardware.period_s if hardware is not None else model.period_s
     if period is not None:
         rig = hardware or Hardware(period, 1.0, 1.0)

@@ -13,7 +13,7 @@ import math
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.control import feed_forward, linear_of
-from jaxmotor.estimate import Model
+from jaxmotor.estimate import AnyModel, model_of
 from jaxmotor.present.exports._fixed_point import ascii_line
 from jaxmotor.present.exports._left_out import left_out
 
@@ -22,11 +22,12 @@ SLOPE = 1e-3
 """Volts of the motor's speed within which friction changes sides."""
 
 
-def to_spice(model: Model, *, resistance_ohm: float | None = None) -> str:
+def to_spice(model: AnyModel, *, resistance_ohm: float | None = None) -> str:
     """A `.subckt` with the winding's two terminals, a node for the speed [rad/s] and one for the angle [rad].
 
     **Raises:** `JaxmotorError` where the resistance is not positive.
     """
+    model = model_of(model)
     if resistance_ohm is not None and not (math.isfinite(resistance_ohm) and resistance_ohm > 0):
         raise JaxmotorError(f"resistance = {resistance_ohm:g} is not positive")
     resistance = RESISTANCE_ohm if resistance_ohm is None else resistance_ohm

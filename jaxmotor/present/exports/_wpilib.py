@@ -14,15 +14,16 @@ import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.control import feed_forward
-from jaxmotor.estimate import Model
+from jaxmotor.estimate import AnyModel, Model, model_of
 from jaxmotor.present.exports._left_out import left_out
 
 
-def to_wpilib(model: Model, wheel_radius_m: float | None = None) -> str:
+def to_wpilib(model: AnyModel, wheel_radius_m: float | None = None) -> str:
     """A JSON object with the gains per unit, their standard errors, and the line of Java that takes them.
 
     **Raises:** `JaxmotorError` where the radius is not positive, or the gain is negative (wires are swapped).
     """
+    model = model_of(model)
     if wheel_radius_m is not None and not (math.isfinite(wheel_radius_m) and wheel_radius_m > 0):
         raise JaxmotorError(f"a wheel radius of {wheel_radius_m:g} m is not positive")
     law = feed_forward(model.whole)

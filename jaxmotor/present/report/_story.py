@@ -2,11 +2,12 @@
 
 import dataclasses
 import hashlib
+from collections.abc import Callable
 from pathlib import Path
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.diagnosis import Diagnosis, diagnose
-from jaxmotor.estimate import identify, model_of
+from jaxmotor.diagnosis import Diagnosis, Progress, diagnose
+from jaxmotor.estimate import identify
 from jaxmotor.recording import Recording
 from jaxmotor.validation import Validation, validate
 
@@ -24,18 +25,20 @@ class Story:
     seed: int
 
 
-def story(recording: Recording, *, seed: int = 0) -> Story:
+def story(recording: Recording, *, seed: int = 0, on_progress: Callable[[Progress], object] | None = None) -> Story:
     """Diagnose `recording`, and validate its linear motor on half of the steps and on the closed loops.
 
     **Raises:** `JaxmotorError`, one sentence, where the recording does not determine a linear motor.
     """
-    diagnosis = diagnose(recording, seed=seed)
+    diagnosis = diagnose(recording, seed=seed, on_progress=on_progress)
     held_out = held_out_runs(recording)
     if not held_out:
         return Story(recording, diagnosis, None, "the recording has neither two steps nor a closed loop", seed)
+    if on_progress is not None:
+        on_progress(Progress("validation", 1, 1))
     try:
-        model = model_of(identify(recording, hold_out=held_out, seed=seed))
-        return Story(recording, diagnosis, validate(model, recording, seed=seed), "", seed)
+        fit = identify(recording, hold_out=held_out, seed=seed)
+        return Story(recording, diagnosis, validate(fit, recording, seed=seed), "", seed)
     except JaxmotorError as error:
         return Story(recording, diagnosis, None, str(error), seed)
 

@@ -68,14 +68,18 @@ def test_gain_and_pole_lie_in_their_intervals(with_both):
 
 
 def test_probabilities_are_in_the_json(with_both):
-    for effect in to_json(with_both)["effects"]:
-        assert 0.5 < effect["probability"] <= effect["family_probability"] <= 1.0 + 1e-9
+    content = to_json(with_both)
+    for effect in content["effects"]:
+        assert 0.5 < effect["probability"] <= effect["family_probability"] <= 1.0
+        assert content["probabilities"][effect["name"]] == effect["probability"]
+    assert content["probabilities"]["none"] < 1e-6
 
 
 def test_nothing_is_named_where_nothing_is_hidden():
     found = diagnose(noisy_log(2))
     assert found.verdict == "complete"
     assert not found.effects
+    assert next(iter(found.probabilities)) == "none"
 
 
 def test_a_measured_step_is_explained_as_well_as_by_hand():
@@ -107,6 +111,8 @@ def test_a_rig_without_counts_loses_none():
         (Stiction.of(volts_V=0.3, static_volts_V=0.2, stribeck_speed_rad_s=1.0), False),
         (Stiction.of(volts_V=0.3, static_volts_V=0.4, stribeck_speed_rad_s=1.0), True),
         (ShaftCompliance.of(frequency_Hz=8.0, damping_ratio=6.4, inertia_ratio=0.3), False),
+        (ShaftCompliance.of(frequency_Hz=0.04, damping_ratio=0.5, inertia_ratio=20.0), False),
+        (ShaftCompliance.of(frequency_Hz=2.5, damping_ratio=0.05, inertia_ratio=3.0), True),
         (MissedCounts.of(ratio=0.7, speed_rad_s=10.0), False),
         (CoulombFriction.of(volts_V=0.3), True),
         (CoulombFriction.of(volts_V=5.1), False),

@@ -1,0 +1,34 @@
+"""Arguments as people give them: a path in the place of what it holds, a name out of a few; anything else is told."""
+
+import os
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
+
+import numpy as np
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor._sentences import one_of, shown
+
+T = TypeVar("T")
+
+
+def taken(given: Any, kind: type[T], wanted: str, read: Callable[[str | os.PathLike[str]], T] | None = None) -> T:
+    """`given`, or what `read` makes of it where it is a path. **Raises:** `JaxmotorError` for anything else."""
+    if isinstance(given, kind):
+        return given
+    if read is not None and isinstance(given, str | os.PathLike):
+        return read(given)
+    raise JaxmotorError(f"{type(given).__name__} is not {wanted}")
+
+
+def check_choice(name: str, given: Any, choices: Iterable[str]) -> None:
+    """**Raises:** `JaxmotorError` where `given` is none of `choices`."""
+    choices = tuple(choices)
+    if given not in choices:
+        raise JaxmotorError(f"{name} is {shown(given)}, which is not known; it is one of {one_of(choices, given)}")
+
+
+def check_whole(name: str, given: Any, least: int = 0) -> None:
+    """**Raises:** `JaxmotorError` where `given` is no whole number from `least` to 2³² - 1."""
+    if isinstance(given, bool) or not isinstance(given, int | np.integer) or not least <= given < 2**32:
+        raise JaxmotorError(f"{name} is {shown(given)}; give a whole number, {least} or more")

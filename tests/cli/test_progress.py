@@ -1,0 +1,70 @@
+"""A command says what it does: on a terminal at once and all the time, elsewhere only where it takes long."""
+
+import itertools
+import json
+import os
+import pty
+import re
+import select
+import subprocess
+import sys
+import time
+
+import pytest
+from made import recording, sine, step
+
+from jaxmotor.cli import _progress
+from jaxmotor.recording import write
+
+RUNS = [sine(f) for f in (0.703, 2.009, 6.019)] + [step(5.1), step(-3.0)]
+FIRST_S, SILENT_S = 2.0, 5.0
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("progress") / "m1.csv"
+    write(recording(0, friction=0.3, runs=RUNS), path)
+    return path
+
+
+def on_a_terminal(arguments, folder):
+    """What a command writes on a terminal as its error stream, its output, and the times of what it writes [s]."""
+    master, terminal = pty.openpty()
+    command = [sys.executable, "-m", "jaxmotor", *map(str, arguments)]
+    environment = os.environ | {"JAXMOTOR_CACHE": str(folder), "TERM": "xterm", "COLUMNS": "120"}
+    began, times, shown = time.monotonic(), [0.0], b""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=terminal, env=environment) as running:
+        os.close(terminal)
+        while select.select([master], [], [], 120)[0]:
+            try:
+                shown += os.read(master, 65536)
+            except OSError:  # the other end was closed
+                break
+            times.append(time.monotonic() - began)
+        assert running.stdout is not None
+        output = running.stdout.read()
+    os.close(master)
+    assert running.returncode == 0, shown
+    return re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", shown.decode()), output.decode(), times
+
+
+@pytest.mark.parametrize("command", ["identify", "diagnose"])
+def test_a_terminal_is_never_silent(log, tmp_path, command):
+    """From an empty cache, so that everything is compiled."""
+    shown, output, times = on_a_terminal([command, log, "--json"], tmp_path)
+    assert json.loads(output)["recording"] == "m1.csv"
+    assert times[1] < FIRST_S and max(after - before for before, after in itertools.pairwise(times)) < SILENT_S
+    stages = ["reading m1.csv", "loading JAX", "linear fit"]
+    stages += ["effects: coulomb_friction", "held-out scoring"] if command == "diagnose" else []
+    places = [shown.index(stage) for stage in stages]
+    assert places == sorted(places) and re.search(r"0:00:0[1-9]", shown)
+
+
+def test_plain_lines_only_where_it_takes_long(monkeypatch, capsys):
+    now = [0.0]
+    monkeypatch.setattr(_progress.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(_progress, "QUIET_S", 5.0)
+    with _progress.progress("reading") as tell:
+        for now[0], stage in ((1.0, "early"), (6.0, "late"), (7.0, "soon after"), (12.0, "later")):
+            tell(stage)
+    assert capsys.readouterr() == ("", "6 s: late\n12 s: later\n")
