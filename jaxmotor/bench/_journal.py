@@ -215,13 +215,7 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 
 def new_run(
-    plan: Plan,
-    rig: Rig,
-    experiments: Iterable[int],
-    supply_mV: int,
-    began_s: float | None,
-    session: int,
-    number: int,
+    plan: Plan, rig: Rig, experiments: Iterable[int], supply_mV: int, began_s: float | None, session: int, number: int
 ) -> Run:
     """The run `number` of `experiments` (indices) of `plan`, of which nothing has come yet."""
     chosen = tuple(experiments)

@@ -50,25 +50,11 @@ class Watch(Protocol):
 
     def enough(self, run: Run, piece: Piece) -> bool:
         """Whether the segment under way may end early."""
-        ...
-
-
-class Silent:
-    """Watches nothing."""
-
-    def say(self, text: str) -> None:
-        """Nothing."""
-
-    def progress(self, progress: Progress) -> None:
-        """Nothing."""
-
-    def ended(self, run: Run, piece: Piece) -> None:
-        """Nothing."""
-
-    def enough(self, run: Run, piece: Piece) -> bool:
-        """Never."""
-        del run, piece
         return False
+
+
+class Silent(Watch):
+    """Watches nothing."""
 
 
 def listen(session: Session, run: Run, journal: Journal, kept: Kept, watch: Watch) -> None:

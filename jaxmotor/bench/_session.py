@@ -12,18 +12,7 @@ from jaxmotor.bench._board import Board, baud_for, board_of, gather
 from jaxmotor.bench._link import Link
 from jaxmotor.bench._log import RUNNING, RunLog
 from jaxmotor.bench._port import Port
-from jaxmotor.bench._protocol import (
-    Answer,
-    Begin,
-    End,
-    Hello,
-    Message,
-    Ran,
-    RecorderError,
-    RunEnd,
-    Sample,
-    Status,
-)
+from jaxmotor.bench._protocol import Answer, Begin, End, Hello, Message, Ran, RecorderError, RunEnd, Sample, Status
 from jaxmotor.bench._slots import Rig, Slot
 
 TRIES = 6

@@ -56,11 +56,7 @@ class PositionDesign:
 
 
 def design_position_loop(
-    motor: Motor,
-    hardware: Hardware,
-    *,
-    bandwidth_Hz: float | None = None,
-    overshoot_percent: float = OVERSHOOT_PERCENT,
+    motor: Motor, hardware: Hardware, *, bandwidth_Hz: float | None = None, overshoot_percent: float = OVERSHOOT_PERCENT
 ) -> PositionDesign:
     """Gains for `bandwidth_Hz`; without it the fastest loop that keeps its overshoot and is quiet with this encoder.
 

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from jaxmotor._balanced import balanced
 from jaxmotor.diagnosis._free import OWN
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import AbstractEffect, Rig, free_size, parameters
@@ -23,8 +24,7 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     layout = fitted.layout
     known = np.isfinite(fitted.jacobian).all(axis=0)
     jacobian = np.where(known, fitted.jacobian, 0.0)
-    finite = np.isfinite(layout.spread)
-    prior = np.diag(np.where(finite, 1 / np.where(finite, layout.spread, 1.0) ** 2, 0.0))
+    prior = np.diag(1 / layout.spread**2)
     bread = _inverse(jacobian.T @ jacobian + prior)
     used, index = np.unique(block, return_inverse=True)
     pulls = np.stack([np.bincount(index, column * fitted.residual) for column in jacobian.T], axis=1)
@@ -41,8 +41,8 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
 
 
 def _inverse(normal: np.ndarray) -> np.ndarray:
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    return np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    ones, scale = balanced(normal)
+    return np.linalg.pinv(ones, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
 
 
 def differs(fitted: Fitted, spread: Float[np.ndarray, "p p"], twin: Fitted) -> np.ndarray:
@@ -89,35 +89,36 @@ def effect_errors(fitted: Fitted, spread: np.ndarray, rig: Rig) -> tuple[dict[st
     """Of each effect, the standard error of each parameter in its unit."""
     at, found = OWN, []
     for effect in fitted.motor.effects:
-        size = free_size(effect)
-        found.append(_errors(effect, spread[at : at + size, at : at + size], rig))
-        at += size
+        slopes = slopes_of(effect, at, len(spread)).items()
+        found.append({name: _error(effect, name, slope, spread, rig) for name, slope in slopes})
+        at += free_size(effect)
     return tuple(found)
 
 
-def _errors(effect: AbstractEffect, spread: np.ndarray, rig: Rig) -> dict[str, float]:
-    errors, at = {}, 0
+def _error(effect: AbstractEffect, name: str, slope: np.ndarray, spread: np.ndarray, rig: Rig) -> float:
+    about, value, used = parameters(effect)[name], float(getattr(effect, name)), slope != 0
+    error = math.sqrt(slope[used] @ spread[np.ix_(used, used)] @ slope[used])
+    if about["kind"] == "fixed" and about["unit"] == "V":
+        # Known to lie between two of the voltages that were applied; a whole number is known.
+        error = _gap(rig, value) / math.sqrt(12)
+    return math.hypot(error, type(effect).roughness * abs(value))
+
+
+def slopes_of(effect: AbstractEffect, at: int, width: int) -> dict[str, Float[np.ndarray, " p"]]:
+    """Of each parameter with respect to the free numbers (p,), of which the effect's own begin at `at`."""
+    unit, slopes = np.eye(width), {name: np.zeros(width) for name in parameters(effect)}
     for name, about in parameters(effect).items():
         value = float(getattr(effect, name))
-        if about["kind"] == "positive":
-            errors[name] = value * math.sqrt(spread[at, at])
-            at += 1
-        elif about["kind"] == "signed":
-            errors[name] = math.sqrt(spread[at, at])
+        if about["kind"] in ("positive", "signed"):
+            slopes[name] = unit[at] * (value if about["kind"] == "positive" else 1.0)
             at += 1
         elif about["kind"] == "amplitude":
             phase = float(effect.phase_rad)  # pyright: ignore[reportAttributeAccessIssue]
-            along = np.array([math.cos(phase), math.sin(phase)])
-            across = np.array([-math.sin(phase), math.cos(phase)])
-            inner = spread[at : at + 2, at : at + 2]
-            errors[name] = math.sqrt(along @ inner @ along)
-            errors["phase_rad"] = math.sqrt(across @ inner @ across) / max(value, 1e-300)
+            slopes[name] = math.cos(phase) * unit[at] + math.sin(phase) * unit[at + 1]
+            across = math.cos(phase) * unit[at + 1] - math.sin(phase) * unit[at]
+            slopes["phase_rad"] = across / max(value, 1e-300)
             at += 2
-        elif about["kind"] == "fixed":
-            # Known to lie between two of the voltages that were applied; a whole number is known.
-            errors[name] = _gap(rig, value) / math.sqrt(12) if about["unit"] == "V" else 0.0
-    rough = type(effect).roughness
-    return {name: math.hypot(errors[name], rough * abs(float(getattr(effect, name)))) for name in parameters(effect)}
+    return slopes
 
 
 def _gap(rig: Rig, volts: float) -> float:

@@ -9,6 +9,7 @@ import dataclasses
 import equinox as eqx
 import numpy as np
 
+from jaxmotor._balanced import solve_balanced
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
@@ -78,11 +79,8 @@ def _rig(recording: Recording, period_s: float) -> list[str]:
 def _excess(apart: np.ndarray, jacobian: np.ndarray, second: Fitted) -> float:
     """Mean square of `apart` once `second` has moved as far as the recording lets it to make up for it."""
     held = second.jacobian.T @ second.jacobian
-    normal = jacobian.T @ jacobian + held
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    balanced = normal / np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
-    right = jacobian.T @ apart / scale
-    return float((apart @ apart - right @ np.linalg.solve(balanced, right)) / len(apart))
+    right = jacobian.T @ apart
+    return float((apart @ apart - right @ solve_balanced(jacobian.T @ jacobian + held, right, 1e-9)) / len(apart))
 
 
 def _candidates(trial: Trial, period: float, pole: float) -> list[_Candidate]:

@@ -1,9 +1,9 @@
 """A diagnosis as JSON: plain numbers in SI and strings."""
 
 import dataclasses
-import math
 from typing import Any
 
+from jaxmotor._json import plain
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Worth
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Look
@@ -18,13 +18,13 @@ FORMAT = 1
 def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """`diagnosis` as an object; numbers that are not known are null."""
     linear, motor, look = diagnosis.linear.linear, diagnosis.motor.linear, diagnosis.looks_like
-    return {
+    content = {
         "format": FORMAT,
         "recording": diagnosis.recording,
         "verdict": diagnosis.verdict,
         "linear": {"gain_rad_s_V": float(linear.gain), "pole_rad_s": float(linear.pole)},
         "model": {"gain_rad_s_V": float(motor.gain), "pole_rad_s": float(motor.pole)},
-        "standard_error": {name: _number(value) for name, value in diagnosis.standard_error.items()},
+        "standard_error": diagnosis.standard_error,
         **open_to_json(diagnosis.open_hypotheses, diagnosis.allowed),
         "undecided": diagnosis.undecided,
         "probabilities": {name: min(value, 1.0) for name, value in diagnosis.probabilities.items()},
@@ -41,15 +41,16 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "experiments": [
             {"text": one.text, "separates": list(one.separates), "plan": one.plan} for one in diagnosis.experiments
         ],
-        "notes": list(diagnosis.notes),
+        "notes": diagnosis.notes,
     }
+    return plain(content)
 
 
 def _effect(found: FoundEffect) -> dict[str, Any]:
     return {
         "name": found.name,
         "parameters": found.parameters,
-        "standard_error": {name: _number(value) for name, value in found.standard_error.items()},
+        "standard_error": found.standard_error,
         "held_out_gain_percent": found.held_out_gain_percent,
         "rivals": [
             {"name": rival.name, "chi2_excess": rival.chi2_excess, "inseparable": rival.inseparable}
@@ -65,23 +66,23 @@ def _worth(worth: Worth) -> dict[str, Any]:
     before, after = worth.before, worth.after
     intervals = {}
     for when, known in (("before", worth.before_intervals), ("after", worth.after_intervals)):
-        intervals[f"chi2_{when}_interval"] = _limits(known.chi2_per_sample)
-        intervals[f"rmse_rad_s_{when}_interval"] = _limits(known.rmse_rad_s)
-        intervals[f"fit_percent_{when}_interval"] = _limits(known.fit_percent)
+        intervals[f"chi2_{when}_interval"] = known.chi2_per_sample[1:]
+        intervals[f"rmse_rad_s_{when}_interval"] = known.rmse_rad_s[1:]
+        intervals[f"fit_percent_{when}_interval"] = known.fit_percent[1:]
     return intervals | {
         "segments": list(worth.segments),
         "chi2_before": before.chi2_per_sample,
         "chi2_after": after.chi2_per_sample,
         "fit_percent_before": before.fit_percent,
         "fit_percent_after": after.fit_percent,
-        "angle_fit_percent_before": _number(worth.angle_fit_percent_before),
-        "angle_fit_percent_after": _number(worth.angle_fit_percent_after),
+        "angle_fit_percent_before": worth.angle_fit_percent_before,
+        "angle_fit_percent_after": worth.angle_fit_percent_after,
         "drift_chi2_before": worth.drift_before,
         "drift_chi2_after": worth.drift_after,
         "rmse_rad_s_before": before.rmse_rad_s,
         "rmse_rad_s_after": after.rmse_rad_s,
-        "rmse_counts_before": _number(before.rmse_counts),
-        "rmse_counts_after": _number(after.rmse_counts),
+        "rmse_counts_before": before.rmse_counts,
+        "rmse_counts_after": after.rmse_counts,
     }
 
 
@@ -94,7 +95,7 @@ def _loop(gain: LoopGain) -> dict[str, Any]:
     }
     for name in ("rise_time_s", "overshoot_percent", "steady_error_rad_s"):
         before, after = getattr(gain.before, name), getattr(gain.after, name)
-        content[name] = _number(before.measured.value)
+        content[name] = before.measured.value
         content |= _predicted(name, before.predicted, after.predicted)
     return content | _predicted("rmse_rad_s", gain.before.rmse_rad_s, gain.after.rmse_rad_s)
 
@@ -102,17 +103,13 @@ def _loop(gain: LoopGain) -> dict[str, Any]:
 def _predicted(name: str, before: Interval, after: Interval) -> dict[str, Any]:
     content: dict[str, Any] = {}
     for when, value in (("before", before), ("after", after)):
-        content[f"{name}_{when}"] = _number(value.value)
-        content[f"{name}_{when}_interval"] = _limits(value)
+        content[f"{name}_{when}"] = value.value
+        content[f"{name}_{when}_interval"] = value[1:]
     return content
 
 
-def _limits(interval: Interval) -> list[float | None]:
-    return [_number(interval.low), _number(interval.high)]
-
-
-def _volts(missing: MissingVolts) -> dict[str, float | None]:
-    return {"rms_V": _number(missing.rms_V), "noise_V": _number(missing.noise_V)}
+def _volts(missing: MissingVolts) -> dict[str, float]:
+    return {"rms_V": missing.rms_V, "noise_V": missing.noise_V}
 
 
 def _looks(looks: tuple[Look, ...]) -> list[dict[str, Any]]:
@@ -128,9 +125,5 @@ def _learned(law: LearnedLaw) -> dict[str, Any]:
         "share": law.share,
         "at": law.at.tolist(),
         "volts_V": law.volts.tolist(),
-        "standard_error_V": [_number(error) for error in law.standard_error.tolist()],
+        "standard_error_V": law.standard_error.tolist(),
     }
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -168,18 +168,18 @@ def _step(missing: MissingVolts) -> _View | None:
 def _angle(missing: MissingVolts) -> _View | None:
     if np.isnan(missing.angle_rad).any() or np.ptp(missing.angle_rad) < 2 * np.pi:
         return None
-    waves = [wave(n * missing.angle_rad) for n in range(1, HARMONICS + 1) for wave in (np.sin, np.cos)]
-    basis = _orthonormal(np.stack(waves, axis=1))
-    at = np.linspace(0, 2 * np.pi, 73)
-    columns = np.stack([np.ones_like(missing.volts), *waves], axis=1)
+    at, columns = np.linspace(0, 2 * np.pi, 73), _waves(missing.angle_rad)
     weights = np.linalg.lstsq(columns, missing.volts)[0]
-    shown = np.stack(
-        [np.ones_like(at), *(w(n * at) for n in range(1, HARMONICS + 1) for w in (np.sin, np.cos))], axis=1
-    )
     size = np.hypot(weights[1::2], weights[2::2])
     best = int(np.argmax(size)) + 1
     text = f"something locked to the shaft's angle, {best} per turn, {1e3 * size[best - 1]:.0f} mV"
-    return _View("angle", text, basis, at, shown @ weights)
+    return _View("angle", text, _orthonormal(columns[:, 1:]), at, _waves(at) @ weights)
+
+
+def _waves(angle: np.ndarray) -> np.ndarray:
+    """(n, 1 + 2 `HARMONICS`): one, and the sine and cosine of each harmonic."""
+    waves = (wave(n * angle) for n in range(1, HARMONICS + 1) for wave in (np.sin, np.cos))
+    return np.stack([np.ones_like(angle), *waves], axis=1)
 
 
 def _periodic(missing: MissingVolts) -> _View | None:

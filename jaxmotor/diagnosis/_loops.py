@@ -11,7 +11,7 @@ from jaxmotor.diagnosis._free import motors_at, without_timing
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._study import Study
 from jaxmotor.motor import Motor
-from jaxmotor.validation import LoopOfMotors, controller_of, loop_of_motors
+from jaxmotor.validation import LoopRun, controller_of, loop_of_motors
 
 MOST = 4
 """Loops that are run."""
@@ -23,8 +23,8 @@ MOTORS = 64
 class LoopGain:
     """One closed loop, run by the controller of the recording's header on both motors."""
 
-    before: LoopOfMotors
-    after: LoopOfMotors
+    before: LoopRun
+    after: LoopRun
     held_out: bool
     """Both were fitted without any closed loop; otherwise the recording has nothing else."""
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from jaxmotor._balanced import balanced
 from jaxmotor.diagnosis._free import OWN, is_wide, motor_at, motors_at
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
@@ -53,12 +54,10 @@ def _around(fitted: Fitted, rng: np.random.Generator) -> np.ndarray:
     spread = np.repeat(SPREADS, DRAWS)[:, None]
     moves = np.zeros((len(spread), len(drawn)))
     moves[:, drawn] = spread * rng.normal(size=(len(spread), int(drawn.sum())))
-    finite = np.isfinite(layout.spread[~drawn])
-    prior = np.where(finite, 1 / np.where(finite, layout.spread[~drawn], 1.0), 0.0)
     own, other = fitted.jacobian[:, ~drawn], fitted.jacobian[:, drawn]
-    normal = np.einsum("np,nq->pq", own, own) + np.diag(prior**2)
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    normal = np.einsum("np,nq->pq", own, own) + np.diag((1 / layout.spread[~drawn]) ** 2)
+    ones, scale = balanced(normal)
     along = np.einsum("np,nq->pq", own, other) / scale[:, None]
-    going = -np.linalg.lstsq(normal / np.outer(scale, scale), along, rcond=1e-9)[0] / scale[:, None]
+    going = -np.linalg.lstsq(ones, along, rcond=1e-9)[0] / scale[:, None]
     moves[:, ~drawn] = moves[:, drawn] @ going.T
     return np.clip(fitted.free + moves, layout.low, layout.high)

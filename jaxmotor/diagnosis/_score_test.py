@@ -173,8 +173,7 @@ class _Own(NamedTuple):
 
 def _own(base: Fitted) -> _Own:
     layout = base.layout
-    finite = np.isfinite(layout.spread)
-    weight = np.where(finite, 1 / np.where(finite, layout.spread, 1.0), 0.0)
+    weight = 1 / layout.spread
     long = np.vstack([base.jacobian, np.diag(weight)])
     scale = np.linalg.norm(long, axis=0)
     scale = np.where(scale > 0, scale, 1.0)

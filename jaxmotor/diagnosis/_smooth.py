@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from jaxmotor._balanced import balanced, solve_balanced
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._spline import Spline
 
@@ -136,9 +137,8 @@ class _Problem:
         weights = self.solutions(total, strength)
         chi2 = max(float(_left(total, weights)) / float(self.grams.rows.sum()), 1.0)
         normal = (total + self.prior)[:-1, :-1] + strength * self.roughness
-        scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        balanced = normal / np.outer(scale, scale) + 1e-9 * np.eye(len(scale))
-        own = chi2 * (np.linalg.inv(balanced) / np.outer(scale, scale))[:k, :k]
+        ones, scale = balanced(normal, 1e-9)
+        own = chi2 * (np.linalg.inv(ones) / np.outer(scale, scale))[:k, :k]
         without = self.solutions(total - self.grams.matrices, strength)[:, :k]
         change = (without - without.mean(0)) * np.sqrt((len(without) - 1) / len(without))
         blocks = change.T @ change
@@ -151,10 +151,7 @@ class _Problem:
 
 def _solutions(grams: np.ndarray) -> np.ndarray:
     """(..., m) least-squares solutions; the last column of each Gram matrix is what is to be explained."""
-    normal, right = grams[..., :-1, :-1], grams[..., :-1, -1]
-    scale = np.sqrt(np.maximum(np.diagonal(normal, axis1=-2, axis2=-1), 1e-300))
-    balanced = normal / (scale[..., :, None] * scale[..., None, :]) + 1e-9 * np.eye(normal.shape[-1])
-    return np.linalg.solve(balanced, (right / scale)[..., None])[..., 0] / scale
+    return solve_balanced(grams[..., :-1, :-1], grams[..., :-1, -1], 1e-9)
 
 
 def _left(grams: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -166,10 +163,8 @@ def _left(grams: np.ndarray, weights: np.ndarray) -> np.ndarray:
 def _prior(fitted: Fitted) -> np.ndarray:
     """Gram matrix of rows that hold the motor's own parameters to their priors."""
     layout = fitted.layout
-    finite = np.isfinite(layout.spread)
-    weight = np.where(finite, 1 / np.where(finite, layout.spread, 1.0), 0.0)
-    pull = np.where(finite, (layout.prior - fitted.free) * weight, 0.0)
-    rows = np.column_stack([np.diag(weight), pull])
+    weight = 1 / layout.spread
+    rows = np.column_stack([np.diag(weight), (layout.prior - fitted.free) * weight])
     return rows.T @ rows
 
 

@@ -15,6 +15,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
+from jaxmotor._balanced import balanced, solve_balanced
 from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_at, motors_at, together
 from jaxmotor.diagnosis._parallel import side_by_side
@@ -197,8 +198,7 @@ class Solver:
     def _step(self, at: "_At", layout: Layout) -> "_Step | None":
         columns, shift = self._project(np.column_stack([at.residual, at.jacobian]), at.column)
         residual, jacobian = columns[:, 0], columns[:, 1:]
-        finite = np.isfinite(layout.spread)
-        weight = np.where(finite, 1 / np.where(finite, layout.spread, 1.0), 0.0)
+        weight = 1 / layout.spread
         pull = (at.free - layout.prior) * weight
         normal = np.einsum("np,nq->pq", jacobian, jacobian) + np.diag(weight**2)
         right = -(np.einsum("np,n->p", jacobian, residual) + weight * pull)
@@ -206,7 +206,7 @@ class Solver:
             return None
         low, high = layout.low - at.free, layout.high - at.free
         # What has a prior is held back by that, and by its bounds.
-        longest = np.where(finite, np.inf, layout.longest)
+        longest = np.where(np.isfinite(layout.spread), np.inf, layout.longest)
         whole = _boxed(normal, right, low, high)
         step = whole
         if (np.abs(whole) > longest).any():
@@ -275,13 +275,12 @@ class _Step:
 def _boxed(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """The step from `low` to `high` that solves the normal equations: what goes beyond is held there, one after the
     other, the furthest first, and the rest goes with it."""
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    balanced = normal / np.outer(scale, scale) + DAMPING * np.eye(len(right))
+    ones, scale = balanced(normal, DAMPING)
     step, held = np.zeros(len(right)), np.zeros(len(right), bool)
     while not held.all():
         free = ~held
-        wanted = right[free] / scale[free] - balanced[np.ix_(free, held)] @ (step * scale)[held]
-        step[free] = np.linalg.solve(balanced[np.ix_(free, free)], wanted) / scale[free]
+        wanted = right[free] / scale[free] - ones[np.ix_(free, held)] @ (step * scale)[held]
+        step[free] = np.linalg.solve(ones[np.ix_(free, free)], wanted) / scale[free]
         beyond = np.where(free, np.maximum(low - step, step - high) * scale, -np.inf)
         worst = int(np.argmax(beyond))
         if beyond[worst] <= 0:
@@ -294,10 +293,7 @@ def _boxed(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndar
 def _damped(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """The step whose damping is just enough that it stays between `low` and `high` (Marquardt): where elements only
     help together, none of them may be held alone."""
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    damped = normal / np.outer(scale, scale) + DAMPINGS[:, None, None] * np.eye(len(right))
-    rights = np.broadcast_to((right / scale)[:, None], (len(damped), len(right), 1))
-    steps = np.linalg.solve(damped, rights)[..., 0] / scale
+    steps = solve_balanced(normal, right, DAMPINGS[:, None, None])
     inside = ((low <= steps) & (steps <= high)).all(axis=1)
     return np.clip(steps[int(np.argmax(inside)) if inside.any() else -1], low, high)
 
@@ -315,5 +311,4 @@ def square_of(residual: np.ndarray) -> float:
 
 
 def _prior(free: np.ndarray, layout: Layout) -> float:
-    finite = np.isfinite(layout.spread)
-    return float((((free - layout.prior)[finite] / layout.spread[finite]) ** 2).sum())
+    return float((((free - layout.prior) / layout.spread) ** 2).sum())

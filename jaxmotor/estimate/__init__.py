@@ -58,6 +58,7 @@ from jaxmotor.estimate._traces import fit_percent as fit_percent
 from jaxmotor.estimate._traces import floors as floors
 from jaxmotor.estimate._traces import traces_of as traces_of
 from jaxmotor.estimate._trajectory import solve as solve
+from jaxmotor.estimate._trajectory import solve_normal as solve_normal
 from jaxmotor.estimate._trajectory import whitened as whitened
 from jaxmotor.estimate._uncertainty import HIDDEN as HIDDEN
 from jaxmotor.estimate._uncertainty import drives as drives

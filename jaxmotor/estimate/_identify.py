@@ -105,18 +105,9 @@ def identify(
     if judgement.average is judgement.timing is None:
         notes += agreement(sines, judgement)
     return Fit(
-        motor=judgement.motor,
-        standard_error=judgement.standard_error,
-        covariance=judgement.covariance,
-        offset_V=judgement.offset_V,
-        offset_standard_error_V=judgement.offset_standard_error_V,
+        **judgement._replace(notes=(*notes, *judgement.notes))._asdict(),
         method="exact",
         frequency_response=None if response is None else response.response,
-        notes=(*notes, *judgement.notes),
-        open_hypotheses=judgement.open_hypotheses,
-        allowed=judgement.allowed,
-        timing=judgement.timing,
-        average=judgement.average,
         **about,
         **scores(packed, np.asarray(estimate.solution.residual)),
     )

@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from jaxmotor._json import plain
 from jaxmotor._precision import in_float64, to_numpy
 from jaxmotor._sentences import one_of, shown
 from jaxmotor.estimate._model_numbers import is_number
@@ -34,7 +35,7 @@ def effects_to_json(
         {
             "name": effect.name,
             "parameters": {name: float(getattr(effect, name)) for name in parameters(effect)},
-            "standard_error": {name: _or_none(error.get(name, math.nan)) for name in parameters(effect)},
+            "standard_error": {name: plain(error.get(name, math.nan)) for name in parameters(effect)},
         }
         for effect, error in zip(effects, known, strict=True)
     ]
@@ -95,7 +96,3 @@ def _error(name: str, key: str, error: Any) -> float:
     if not is_number(error) or error < 0:
         raise ValueError(f"effect {name}: the standard error of {key} is {shown(error)}, not a positive number or null")
     return float(error)
-
-
-def _or_none(value: float) -> float | None:
-    return value if math.isfinite(value) else None

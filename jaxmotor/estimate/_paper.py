@@ -24,7 +24,7 @@ from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
 from jaxmotor.estimate._sine_fit import fit_phasors, linear_start
 from jaxmotor.motor import FirstOrder, paper_response, to_complex
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording, Segment, angle_of
 
 
 class PaperFit(NamedTuple):
@@ -133,9 +133,5 @@ def _step_gain(recording: Recording, step: Segment) -> float | None:
 def _mean_speed(recording: Recording, segment: Segment, first: int) -> float:
     if segment.speed_rad_s is not None:
         return float(segment.speed_rad_s[first:].mean())
-    angle = segment.angle_rad
-    if segment.count is not None:
-        assert recording.counts_per_rev is not None
-        angle = (segment.count - segment.count[first]) * (2 * np.pi / recording.counts_per_rev)
-    assert angle is not None
+    angle = angle_of(recording, segment)
     return float((angle[-1] - angle[first]) / (segment.time_s[-1] - segment.time_s[first]))

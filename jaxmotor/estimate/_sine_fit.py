@@ -20,14 +20,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Complex, Float
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.motor import (
-    FirstOrder,
-    mean_speed_response,
-    position_response,
-    simulate,
-    speed_response,
-    to_complex,
-)
+from jaxmotor.motor import FirstOrder, mean_speed_response, position_response, simulate, speed_response, to_complex
 
 ROUNDS = 4
 

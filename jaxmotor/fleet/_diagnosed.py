@@ -16,12 +16,7 @@ DIAGNOSIS_TEXTS = (
     "left_open",
     "diagnosis_problem",
 )
-DIAGNOSIS_NUMBERS = (
-    "diagnosed_gain_rad_s_V",
-    "diagnosed_pole_rad_s",
-    "held_out_chi2_before",
-    "held_out_chi2_after",
-)
+DIAGNOSIS_NUMBERS = ("diagnosed_gain_rad_s_V", "diagnosed_pole_rad_s", "held_out_chi2_before", "held_out_chi2_after")
 EFFECTS = "effects"
 """The column of the effects' names, a list in the order of what they are worth."""
 

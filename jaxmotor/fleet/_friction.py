@@ -15,7 +15,7 @@ from jaxtyping import Array, Float, Int
 
 from jaxmotor._precision import in_float64, to_jax
 from jaxmotor._programs import Arrays, program
-from jaxmotor.estimate import whitened
+from jaxmotor.estimate import solve_normal, whitened
 from jaxmotor.fleet._batch import BATCH, Identified, in_turn, problem_in
 from jaxmotor.fleet._ready import Key, Ready, stack
 from jaxmotor.fleet._rubbing import simulate_rubbing
@@ -113,7 +113,7 @@ def _one(arrays: dict[str, Array], key: Key) -> Arrays:
     normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
     count = jnp.asarray(problem.lanes.valid).sum().astype(psi.dtype)
     variance = jnp.maximum((residual(psi, log10_q) ** 2).sum() / (count - SIZE), 1.0)
-    error = jnp.sqrt(jnp.diag(_inverse(normal)) * variance)
+    error = jnp.sqrt(jnp.diag(solve_normal(normal, jnp.eye(SIZE, dtype=psi.dtype))) * variance)
     chi2 = (left(psi) ** 2).sum() / count / problem.floor
     return {"psi": psi, "error": error, "chi2": chi2}
 
@@ -142,7 +142,7 @@ def _descend(psi: Float[Array, " p"], residual: Residual, steps: int) -> Float[A
         normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
         right = jnp.einsum("lrp,lr->p", jacobian, left)
         damped = normal + state.damping * jnp.diag(jnp.diag(normal))
-        delta = _inverse(damped) @ right
+        delta = solve_normal(damped, right)
         logs = jnp.clip(delta[2:], -LONGEST_STEP, LONGEST_STEP)
         psi = state.psi - jnp.concatenate([delta[:2], logs])
         cost = (residual(psi) ** 2).sum()
@@ -155,13 +155,6 @@ def _descend(psi: Float[Array, " p"], residual: Residual, steps: int) -> Float[A
 
     start = _State(psi, (residual(psi) ** 2).sum(), jnp.full((), 1e-3, psi.dtype))
     return jax.lax.fori_loop(0, steps, step, start).psi
-
-
-def _inverse(normal: Float[Array, "p p"]) -> Float[Array, "p p"]:
-    scale = jnp.sqrt(jnp.diag(normal))
-    scale = jnp.where(scale > 0, scale, 1.0)
-    balanced = normal / jnp.outer(scale, scale) + 1e-12 * jnp.eye(len(scale), dtype=normal.dtype)
-    return jnp.linalg.inv(balanced) / jnp.outer(scale, scale)
 
 
 def _left(psi: Float[Array, " p"], problem: Problem, arrays: Arrays) -> Float[Array, "lane row"]:

@@ -7,8 +7,12 @@ dimensions; one that was among them has d² ~ (m - 1)²/m Beta(p/2, (m - p - 1)/
 
 import math
 
-STEPS, TINY = 1000, 1e-300
-"""Of the continued fraction, and what stands for nothing in it."""
+import jax
+import jax.numpy as jnp
+from jax.scipy.special import betainc
+from jaxtyping import Array, Float
+
+from jaxmotor._precision import in_float64
 
 
 def farthest(number: float, size: int, share: float) -> tuple[float, float]:
@@ -22,36 +26,17 @@ def farthest(number: float, size: int, share: float) -> tuple[float, float]:
     return math.sqrt(own), math.sqrt(other)
 
 
+@in_float64
 def beta_above(share: float, a: float, b: float) -> float:
-    """What `share` of Beta(a, b) exceeds, by bisection."""
-    low, high = 0.0, 1.0
-    for _ in range(60):
-        middle = (low + high) / 2
+    """What `share` of Beta(a, b) exceeds."""
+    return float(_beta_above(jnp.asarray(share), jnp.asarray(a), jnp.asarray(b)))
+
+
+@jax.jit
+def _beta_above(share: Float[Array, ""], a: Float[Array, ""], b: Float[Array, ""]) -> Float[Array, ""]:
+    def half(_, ends: Float[Array, " 2"]) -> Float[Array, " 2"]:
+        middle = ends.mean()
         # Above x as well as Beta(b, a) below 1 - x: small shares keep their digits.
-        low, high = (middle, high) if beta_below(1 - middle, b, a) > share else (low, middle)
-    return (low + high) / 2
+        return ends.at[jnp.where(betainc(b, a, 1 - middle) > share, 0, 1)].set(middle)
 
-
-def beta_below(x: float, a: float, b: float) -> float:
-    """Share of Beta(a, b) below `x`: the incomplete beta function by its continued fraction, as Lentz evaluates it."""
-    if x <= 0 or x >= 1:
-        return float(x >= 1)
-    if x > (a + 1) / (a + b + 2):
-        return 1 - beta_below(1 - x, b, a)
-    log_front = a * math.log(x) + b * math.log1p(-x) + math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b)
-    up, down = 1.0, 1 / _not_none(1 - (a + b) * x / (a + 1))
-    value = down
-    for k in range(1, STEPS):
-        even = k * (b - k) * x / ((a + 2 * k - 1) * (a + 2 * k))
-        odd = -(a + k) * (a + b + k) * x / ((a + 2 * k) * (a + 2 * k + 1))
-        before = value
-        for term in (even, odd):
-            down, up = 1 / _not_none(1 + term * down), _not_none(1 + term / up)
-            value *= down * up
-        if abs(value - before) <= 1e-15 * abs(value):
-            break
-    return math.exp(log_front) * value / a
-
-
-def _not_none(x: float) -> float:
-    return x if abs(x) > TINY else TINY
+    return jax.lax.fori_loop(0, 60, half, jnp.array([0.0, 1.0])).mean()

@@ -3,9 +3,10 @@
 Rousseeuw and Van Driessen, "A fast algorithm for the minimum covariance determinant estimator", Technometrics 41, 1999.
 """
 
-import math
-
 import numpy as np
+from jax.scipy.special import gammainc
+
+from jaxmotor._precision import in_float64
 
 STARTS, STEPS = 50, 30
 """Random subsets to start from, and the most concentration steps from each."""
@@ -60,18 +61,10 @@ def _squares(points: np.ndarray, centre: np.ndarray, covariance: np.ndarray) -> 
     return np.einsum("mi,ij,mj->m", away, np.linalg.inv(covariance), away)
 
 
+@in_float64
 def chi_square_cdf(value: float, freedom: int) -> float:
-    """Share of chi-square with `freedom` below `value`: the lower incomplete gamma function by its series."""
-    if value <= 0:
-        return 0.0
-    half, x = freedom / 2, value / 2
-    term = total = 1.0
-    k = 0
-    while term > 1e-17 * total:
-        k += 1
-        term *= x / (half + k)
-        total += term
-    return min(1.0, total * math.exp(half * math.log(x) - x - math.lgamma(half + 1)))
+    """Share of chi-square with `freedom` below `value`."""
+    return float(gammainc(freedom / 2, value / 2))
 
 
 def chi_square_quantile(share: float, freedom: int) -> float:

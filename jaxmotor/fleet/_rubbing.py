@@ -141,13 +141,7 @@ def _moved_jvp(primals, tangents):
     by_end = jnp.where(found.stops, anew * rate, 1.0)
     by_anew = jnp.where(found.stops, found.end * rate, 0.0)
     faster = by_end * (towards - speed) * kept
-    after = _Tick(
-        by_end * kept,
-        by_end * (1 - kept) - by_anew * anew * rate,
-        by_anew,
-        faster * duration,
-        faster * pole,
-    )
+    after = _Tick(by_end * kept, by_end * (1 - kept) - by_anew * anew * rate, by_anew, faster * duration, faster * pole)
     # A stop comes later by dτ; until then the shaft goes towards v, and afterwards towards v'.
     later = jnp.where(found.stops, (towards - anew) * slow / (towards - speed), 0.0)
     moving, timed = found.moving, jnp.where(found.stops, found.moving, 0.0)

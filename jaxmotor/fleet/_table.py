@@ -10,6 +10,7 @@ import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import replacing
+from jaxmotor._json import plain
 from jaxmotor.fleet._batch import Identified
 from jaxmotor.fleet._dataset import Entry
 from jaxmotor.fleet._diagnosed import DIAGNOSIS_NUMBERS, DIAGNOSIS_TEXTS, EFFECTS
@@ -53,7 +54,7 @@ def row_of(entry: Entry, found: Identified | None, problem: str, rubbing: Rubbin
     if found is not None:
         row |= dict(zip(NUMBERS, _numbers(found), strict=True))
     if rubbing is not None:
-        row |= dict(zip(FRICTION_NUMBERS, map(_finite, rubbing.numbers()), strict=True))
+        row |= dict(zip(FRICTION_NUMBERS, plain(rubbing.numbers()), strict=True))
     return row
 
 
@@ -70,11 +71,7 @@ def _numbers(found: Identified) -> list[float | None]:
         found.chi2_per_sample,
         found.fit_percent,
     )
-    return [_finite(value) for value in values]
-
-
-def _finite(value: Any) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    return plain([float(value) for value in values])
 
 
 def write_rows(rows: list[Row], path: Path, about: Mapping[str, Any]) -> None:

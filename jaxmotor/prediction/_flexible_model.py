@@ -15,6 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxmotor._balanced import solve_balanced
+
 POLES = 24
 DELAYS = (0, 1, 2, 3, 5, 8, 13, 21, 34)
 """Rows by which the voltage may come late."""
@@ -212,10 +214,8 @@ def _costs(rows: LogRows, poles: np.ndarray, delays: list[int]) -> np.ndarray:
 
 def _least(gram: np.ndarray, chosen: list[int]) -> float:
     """Sum of squares that the `chosen` columns leave of column 0, from the Gram matrix of all."""
-    scale = np.sqrt(np.maximum(np.diag(gram)[chosen], 1e-300))
-    normal = gram[np.ix_(chosen, chosen)] / np.outer(scale, scale) + 1e-10 * np.eye(len(chosen))
-    right = gram[chosen, 0] / scale
-    return float(gram[0, 0] - right @ np.linalg.solve(normal, right))
+    right = gram[chosen, 0]
+    return float(gram[0, 0] - right @ solve_balanced(gram[np.ix_(chosen, chosen)], right, 1e-10))
 
 
 CANDIDATES = ((0,), (0, 1), (0, 2), (0, 1, 3), (0, 1, 2, 3), (0, 1, 3, 4), (0, 1, 2, 3, 4))

@@ -21,7 +21,7 @@ from jaxmotor.present._style import (
     plain,
     styled,
 )
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording, Segment, angle_of
 
 PERIODS_SHOWN = 3
 DOTS = Look(linestyle="none", marker="o", markersize=2.5)
@@ -112,7 +112,7 @@ def sine_curve(recording: Recording, segment: int, pole_rad_s: float | None = No
     """Least squares of sin ωt, cos ωt, 1, t and exp(-a t) on the position, or without t on the speed."""
     run = _sine_segment(recording, segment)
     frequency, time = float(run.parameters["frequency_Hz"]), run.time_s
-    values = _values(recording, run)
+    values = angle_of(recording, run) if run.speed_rad_s is None else run.speed_rad_s
     angle = 2 * np.pi * frequency * time
     columns = [np.sin(angle), np.cos(angle), np.ones_like(time)]
     if pole_rad_s is not None:
@@ -149,15 +149,6 @@ def _window(recording: Recording) -> float:
     if recording.measured == "speed":
         return recording.speed_window_s or 0.0
     return recording.period_s or 0.0
-
-
-def _values(recording: Recording, run: Segment) -> np.ndarray:
-    if run.speed_rad_s is not None:
-        return run.speed_rad_s
-    if run.angle_rad is not None:
-        return run.angle_rad - run.angle_rad[0]
-    assert run.count is not None and recording.counts_per_rev is not None
-    return (run.count - run.count[0]) * (2 * np.pi / recording.counts_per_rev)
 
 
 def _sine_segment(recording: Recording, segment: int) -> Segment:

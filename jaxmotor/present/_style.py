@@ -129,14 +129,7 @@ def panels(
             raise JaxmotorError(f"this figure has {rows * columns} panels; give as many of matplotlib's Axes")
         return given[0].figure, given.reshape(rows, columns)
     figure = OwnFigure(figsize=(WIDTH_IN, height_in), layout="constrained")
-    axes = figure.subplots(
-        rows,
-        columns,
-        squeeze=False,
-        sharex=share_x,
-        sharey=share_y,
-        height_ratios=heights,
-    )
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=share_x, sharey=share_y, height_ratios=heights)
     for ax in axes.flat:
         grid(ax)
     return figure, axes

@@ -118,3 +118,12 @@ class Recording(Shown):
     def _remarks(self) -> tuple[str, ...]:
         number = collections.Counter(segment.kind for segment in self.segments)
         return (", ".join(f"{kind}: {count}" for kind, count in number.items()),)
+
+
+def angle_of(recording: Recording, segment: Segment) -> np.ndarray:
+    """(n,) angle since the first row of `segment`, where counts or angles were logged [rad]."""
+    if segment.count is not None:
+        assert recording.counts_per_rev is not None
+        return (segment.count - segment.count[0]) * (2 * np.pi / recording.counts_per_rev)
+    assert segment.angle_rad is not None
+    return segment.angle_rad - segment.angle_rad[0]

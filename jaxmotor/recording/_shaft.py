@@ -112,6 +112,5 @@ def _check_steps(table: Table, share: np.ndarray, what: str) -> None:
     if far.any():
         row = int(np.argmax(far)) + 1
         raise table.fault(
-            row,
-            f"{what} moves by {share[row - 1]:.0%} of its range in one row, too far to tell wraps; log faster",
+            row, f"{what} moves by {share[row - 1]:.0%} of its range in one row, too far to tell wraps; log faster"
         )

@@ -11,9 +11,9 @@ from jaxmotor.recording import Recording
 from jaxmotor.validation._controller import Controller, Logged, compare_with_log, on_ticks
 from jaxmotor.validation._drawn_motors import draw_motors
 from jaxmotor.validation._free_simulation import is_heated, whole_log
-from jaxmotor.validation._loops import run_loops
+from jaxmotor.validation._loops import compared, run_loops
 from jaxmotor.validation._open_loop import initial_speed
-from jaxmotor.validation._response import Response, measure_runs, tail_of
+from jaxmotor.validation._response import Response, tail_of
 from jaxmotor.validation._validation import Band, ClosedLoop, Comparison, Interval
 
 OFF_PERCENT = 5.0
@@ -46,32 +46,21 @@ def validate_closed_loop(
         speed_rad_s=initial,
         warmth=_initial_warmth(model, recording, index),
     )
-    speed, volts = runs["seen"][1:], runs["volts"][1:]
-    own, first, predicted = measure_runs(logged.speed, runs["seen"], time, initial)
-    saturated = _saturated(volts, controller)
-    speed_band, volts_band = Band.of(speed), Band.of(volts)
+    run, first = compared(index, controller, time, logged, runs["seen"], initial)
+    volts = runs["volts"][1:]
+    volts_band, saturated = Band.of(volts), _saturated(volts, controller)
     applied = np.isfinite(logged.volts)
-    reference = controller.reference_rad_s
     return ClosedLoop(
-        segment=index,
-        kind=controller.kind,
-        reference_rad_s=reference,
+        **vars(run),
         gain_V_s_rad=controller.gain_V_s_rad,
         integral_gain_V_rad=controller.integral_gain_V_rad,
         duty_step_V=controller.step_V or float("nan"),
         limit_V=controller.limit_V if np.isfinite(controller.limit_V) else float("nan"),
-        time_s=time,
-        measured_speed_rad_s=np.where(logged.seen, logged.speed, np.nan),
         measured_volts_V=logged.volts,
-        speed=speed_band,
         volts=volts_band,
-        speed_inside_percent=_inside(logged.speed, speed_band, logged.seen),
+        speed_inside_percent=_inside(logged.speed, run.speed, logged.seen),
         volts_inside_percent=_inside(logged.volts, volts_band, applied),
         controller_off_percent=off,
-        rise_time_s=Comparison.of(own.rise_time[0], predicted.rise_time),
-        overshoot_percent=Comparison.of(own.overshoot[0], predicted.overshoot),
-        steady_speed_rad_s=Comparison.of(own.final[0], predicted.final),
-        steady_error_rad_s=Comparison.of(reference - own.final[0], reference - predicted.final),
         theory_error_rad_s=_theory(model, controller),
         theory_error_with_offset_rad_s=_theory_with_offset(model, controller),
         saturated_percent=Comparison.of(_saturated(logged.volts[applied][None], controller)[0], saturated),

@@ -16,7 +16,7 @@ from jaxtyping import Array, Float
 
 from jaxmotor.motor import SpeedLaw, command
 from jaxmotor.prediction import bucket
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording, Segment, angle_of
 
 OFF_TOGETHER = 3
 GAIN_KEYS = ("gain", "gain_V_s_rad")
@@ -114,12 +114,7 @@ def on_ticks(recording: Recording, segment: Segment, before: float) -> Logged:
     if segment.speed_rad_s is not None:
         seen = np.isin(grid, ticks)
         return Logged(np.interp(grid, ticks, segment.speed_rad_s), volts, seen)
-    angle = segment.angle_rad
-    if segment.count is not None:
-        assert recording.counts_per_rev is not None
-        angle = (segment.count - segment.count[0]) * (2 * np.pi / recording.counts_per_rev)
-    assert angle is not None
-    speed = np.diff(np.interp(grid, ticks, angle)) / recording.period_s
+    speed = np.diff(np.interp(grid, ticks, angle_of(recording, segment))) / recording.period_s
     seen[0] = segment.at_rest
     return Logged(np.concatenate([[before], speed]), volts, seen)
 

@@ -1,9 +1,9 @@
 """A validation as JSON. Format 1; numbers in SI, units in the keys, null where there is no number."""
 
-import math
 from pathlib import Path
 from typing import Any
 
+from jaxmotor._json import plain
 from jaxmotor.estimate import Model, effects_to_json
 from jaxmotor.motor import SecondOrder
 from jaxmotor.validation._validation import ClosedLoop, Comparison, Interval, OpenLoop, StepTrials, Validation
@@ -83,6 +83,4 @@ def _plain(value: Any) -> Any:
         return _fields(value, ("measured", "predicted", "inside"))
     if isinstance(value, Interval):
         return _fields(value, value._fields)
-    if isinstance(value, tuple):
-        return list(value)
-    return value if not isinstance(value, float) or math.isfinite(value) else None
+    return plain(value)

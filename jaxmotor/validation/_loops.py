@@ -8,31 +8,11 @@ from jaxmotor.motor import Motor, SpeedLoop
 from jaxmotor.prediction import Conditions, Sensors, each, shaft_angles, simulate_loops, steps_per_row, supply_of
 from jaxmotor.recording import Recording
 from jaxmotor.validation._controller import Controller, Logged, agreeing_ticks, compare_with_log, on_ticks
-from jaxmotor.validation._response import measure_runs
-from jaxmotor.validation._validation import Band, Comparison, Interval
+from jaxmotor.validation._response import Response, measure_runs
+from jaxmotor.validation._validation import Band, Comparison, Interval, LoopRun
 
 FEWEST = 20
 """Ticks of a run that says something."""
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class LoopOfMotors:
-    """One closed-loop segment, and what draws from the covariance of the fitted motor do in its place."""
-
-    segment: int
-    kind: str
-    """`P` or `PI`."""
-    reference_rad_s: float
-    time_s: np.ndarray
-    measured_rad_s: np.ndarray
-    """(n,) speed as the controller saw it; NaN where the tick was lost."""
-    speed: Band
-    """(n,) as the controller of the fitted motor would see it without rounding; the limits hold 95 % of the runs."""
-    rise_time_s: Comparison
-    overshoot_percent: Comparison
-    steady_error_rad_s: Comparison
-    rmse_rad_s: Interval
-    """Of a run's speed from the measured one."""
 
 
 def run_loops(
@@ -71,11 +51,12 @@ def run_loops(
 
 def loop_of_motors(
     motors: Motor, recording: Recording, index: int, controller: Controller, *, seed: int = 0
-) -> LoopOfMotors | None:
+) -> LoopRun | None:
     """The `closed_loop` segment `index` of `recording`, from rest, run by `controller` on each of a batch of `motors`.
 
-    The first of them is the fitted one, the others are draws from its covariance. A run is taken up to where the
-    header's controller is no more the one that ran; None where that is at once.
+    The first of them is the fitted one, whose speed without rounding is the band's mean; the others are draws from its
+    covariance. A run is taken up to where the header's controller is no more the one that ran; None where that is at
+    once.
     """
     assert recording.period_s is not None
     logged = on_ticks(recording, recording.segments[index], 0.0)
@@ -88,25 +69,31 @@ def loop_of_motors(
     exact = np.zeros(size, bool)
     runs = run_loops(motors, recording, index, controller, now, number, reading=reading, ideal=exact)
     logged = Logged(*(values[:number] for values in logged))
-    return _compared(index, controller, recording.period_s, logged, runs["exact"][0], runs["seen"])
+    ideal, time = runs["exact"][:1], np.arange(number) * recording.period_s
+    run, _ = compared(index, controller, time, logged, np.concatenate([ideal, runs["seen"]]), 0.0)
+    return dataclasses.replace(run, speed=dataclasses.replace(run.speed, mean=ideal[0]))
 
 
-def _compared(
-    index: int, controller: Controller, period: float, logged: Logged, ideal: np.ndarray, speed: np.ndarray
-) -> LoopOfMotors:
-    time = np.arange(len(ideal)) * period
-    own, _, predicted = measure_runs(logged.speed, np.concatenate([ideal[None], speed]), time, 0.0)
+def compared(
+    index: int, controller: Controller, time: np.ndarray, logged: Logged, runs: np.ndarray, initial: float
+) -> tuple[LoopRun, Response]:
+    """`runs` (run, n) of what the controller saw [rad/s], and the response of the first of them, which has no noise.
+
+    The others are what it is taken from.
+    """
+    own, first, predicted = measure_runs(logged.speed, runs, time, initial)
     reference = controller.reference_rad_s
-
-    return LoopOfMotors(
+    run = LoopRun(
         segment=index,
         kind=controller.kind,
         reference_rad_s=reference,
         time_s=time,
-        measured_rad_s=np.where(logged.seen, logged.speed, np.nan),
-        speed=dataclasses.replace(Band.of(speed), mean=ideal),
+        measured_speed_rad_s=np.where(logged.seen, logged.speed, np.nan),
+        speed=Band.of(runs[1:]),
         rise_time_s=Comparison.of(own.rise_time[0], predicted.rise_time),
         overshoot_percent=Comparison.of(own.overshoot[0], predicted.overshoot),
+        steady_speed_rad_s=Comparison.of(own.final[0], predicted.final),
         steady_error_rad_s=Comparison.of(reference - own.final[0], reference - predicted.final),
-        rmse_rad_s=Interval.of(np.sqrt(np.mean((speed - logged.speed)[:, logged.seen] ** 2, axis=1))),
+        rmse_rad_s=Interval.of(np.sqrt(np.mean((runs[1:] - logged.speed)[:, logged.seen] ** 2, axis=1))),
     )
+    return run, first

@@ -136,35 +136,20 @@ class StepTrials:
         return len(self.segments)
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class ClosedLoop:
-    """A speed controller simulated with the model, against the motor's own run (the paper's Fig. 11 and 12)."""
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class LoopRun:
+    """A speed controller simulated with a batch of motors, against the motor's own run."""
 
     segment: int
     kind: str
     """`P` or `PI`."""
     reference_rad_s: float
-    gain_V_s_rad: float
-    integral_gain_V_rad: float
-    duty_step_V: float
-    """What one duty is at the winding [V]; NaN where volts were logged, which are not quantised."""
-    limit_V: float
-    """Where the command saturates [V]; NaN where that is not known."""
     time_s: np.ndarray
     """(n,) of the ticks [s]."""
     measured_speed_rad_s: np.ndarray
     """(n,) as the controller saw it at each tick: the mean over the tick before. NaN where the tick was lost."""
-    measured_volts_V: np.ndarray
-    """(n,) applied from each tick on. NaN where the tick was lost."""
     speed: Band
     """Predicted [rad/s], encoder included."""
-    volts: Band
-    """Predicted [V], duty quantisation included."""
-    speed_inside_percent: float
-    """Share of ticks at which the measured speed lies in the predicted band [%]."""
-    volts_inside_percent: float
-    controller_off_percent: float
-    """Share of ticks whose voltage is more than one duty off what the header's controller makes of the counts [%]."""
     rise_time_s: Comparison
     overshoot_percent: Comparison
     """Of the change of speed, above the steady state."""
@@ -172,6 +157,29 @@ class ClosedLoop:
     """Mean over the last quarter."""
     steady_error_rad_s: Comparison
     """Reference minus steady speed."""
+    rmse_rad_s: Interval
+    """Of a run's speed from the measured one."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class ClosedLoop(LoopRun):
+    """A closed loop of the model (the paper's Fig. 11 and 12)."""
+
+    gain_V_s_rad: float
+    integral_gain_V_rad: float
+    duty_step_V: float
+    """What one duty is at the winding [V]; NaN where volts were logged, which are not quantised."""
+    limit_V: float
+    """Where the command saturates [V]; NaN where that is not known."""
+    measured_volts_V: np.ndarray
+    """(n,) applied from each tick on. NaN where the tick was lost."""
+    volts: Band
+    """Predicted [V], duty quantisation included."""
+    speed_inside_percent: float
+    """Share of ticks at which the measured speed lies in the predicted band [%]."""
+    volts_inside_percent: float
+    controller_off_percent: float
+    """Share of ticks whose voltage is more than one duty off what the header's controller makes of the counts [%]."""
     theory_error_rad_s: Interval
     """R/(1 + k G(0)), eq. 21, for P; 0 for PI; with the uncertainty of the model's gain."""
     theory_error_with_offset_rad_s: float

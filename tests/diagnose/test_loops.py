@@ -63,7 +63,7 @@ def test_the_true_motor_does_in_the_loop_what_the_plant_did():
     run = loop(hidden, truth(hidden))
     _, _, count = rig(hidden.recording)
     assert run.rmse_rad_s.value < count
-    assert np.nanmax(np.abs(run.speed.mean - run.measured_rad_s)) < 4 * count
+    assert np.nanmax(np.abs(run.speed.mean - run.measured_speed_rad_s)) < 4 * count
     assert run.steady_error_rad_s.measured.value == pytest.approx(run.steady_error_rad_s.predicted.value, abs=count / 4)
 
 

@@ -111,6 +111,7 @@ def test_controller_of_a_validation(limit):
         overshoot_percent=NOTHING,
         steady_speed_rad_s=NOTHING,
         steady_error_rad_s=NOTHING,
+        rmse_rad_s=Interval.alone(0.0),
         theory_error_rad_s=Interval(0.0, 0.0, 0.0),
         theory_error_with_offset_rad_s=0.0,
         saturated_percent=NOTHING,

@@ -6,12 +6,7 @@ are those of `jaxmotor.control`, whose simulation predicts what this code does.
 
 from jaxmotor._arguments import taken
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.control import (
-    FeedForward,
-    Hardware,
-    feed_forward,
-    reachable_rad_s,
-)
+from jaxmotor.control import FeedForward, Hardware, feed_forward, reachable_rad_s
 from jaxmotor.estimate import AnyModel, Model, model_of
 from jaxmotor.present.exports._c_estimator import MOST_COUNTS, c_estimator
 from jaxmotor.present.exports._c_loops import c_duties, c_feed_forward, c_position_loop, c_speed_loop

@@ -2,12 +2,12 @@
 
 import dataclasses
 import json
-import math
 from typing import Any
 
 import numpy as np
 
 from jaxmotor._arguments import taken
+from jaxmotor._json import plain
 from jaxmotor.control import feed_forward, linear_of, sampled_motor
 from jaxmotor.estimate import AnyModel, Model, model_of, model_to_json
 from jaxmotor.present.exports._design import Design
@@ -42,7 +42,7 @@ def to_export_json(model: AnyModel, design: Design | None = None) -> str:
     }
     if design is not None:
         content |= _controllers(model, taken(design, Design, "a Design (of jaxmotor.present.exports.design)"))
-    return json.dumps(_finite(content), indent=1) + "\n"
+    return json.dumps(plain(content), indent=1) + "\n"
 
 
 def _lag(linear: Any) -> list[float]:
@@ -80,12 +80,3 @@ def _loop(design: Any) -> dict[str, Any]:
     content["poles"] = [[pole.real, pole.imag] for pole in design.poles]
     content["notes"] = list(design.notes)
     return content
-
-
-def _finite(value: Any) -> Any:
-    """`value` with null for what is no number: JSON has no NaN."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,19 +1,12 @@
 """What a format cannot carry of a model, in sentences."""
 
+from jaxmotor.control import COMPENSATED
 from jaxmotor.estimate import Model
 
 LINEAR = {"electrical_pole", "transport_delay"}
 CARRIED = {
     "control": {*LINEAR, "voltage_offset"},
-    "c": {
-        *LINEAR,
-        "coulomb_friction",
-        "quadratic_drag",
-        "load_torque",
-        "voltage_offset",
-        "direction_asymmetry",
-        "dead_zone",
-    },
+    "c": {*LINEAR, *COMPENSATED} - {"stiction"},
     "wpilib": {"coulomb_friction", "dead_zone"},
     "spice": {"electrical_pole", "coulomb_friction", "quadratic_drag", "load_torque", "voltage_offset"},
     "mujoco": {"coulomb_friction", "voltage_saturation", "electrical_pole", "load_torque", "voltage_offset"},

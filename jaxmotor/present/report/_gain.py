@@ -126,7 +126,7 @@ def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
             row.append([number(predicted.value, f"{key}_{when}", plainly(limits[0])), f" {bracket(limits)}"])
         rows.append(row)
     head = ["", "measured", "linear", *(["extended"] if extended else [])]
-    measured = dots(before.time_s, before.measured_rad_s, "dot small ink", "measured")
+    measured = dots(before.time_s, before.measured_speed_rad_s, "dot small ink", "measured")
     marks = [measured, line(before.time_s, before.speed.mean, "red curve", "linear")]
     if extended:
         marks.append(line(after.time_s, after.speed.mean, "blue curve", "extended"))

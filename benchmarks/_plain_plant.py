@@ -73,13 +73,7 @@ def drive(plant: Plant, duty: np.ndarray, volts_per_duty: float, period_s: float
 
 
 def close_loop(
-    plant: Plant,
-    ticks: int,
-    period_s: float,
-    reference_rad_s: float,
-    gain_V_s: float,
-    supply_V: float,
-    full_scale: int,
+    plant: Plant, ticks: int, period_s: float, reference_rad_s: float, gain_V_s: float, supply_V: float, full_scale: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n,) duty and (n,) count of a proportional speed loop on the difference to the previous count."""
     counts, duty = np.empty(ticks, np.int64), np.empty(ticks, np.int64)
