@@ -67,14 +67,14 @@ def _left_out(fitted: Fitted, block: np.ndarray) -> np.ndarray:
     jacobian = np.where(np.isfinite(fitted.jacobian), fitted.jacobian, 0.0)
     finite = np.isfinite(fitted.layout.spread)
     prior = np.where(finite, 1 / np.where(finite, fitted.layout.spread, 1.0), 0.0) ** 2
-    normal = jacobian.T @ jacobian + np.diag(prior)
+    normal = np.einsum("np,nq->pq", jacobian, jacobian) + np.diag(prior)
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     least = 1e-9 * np.eye(len(scale))
     shifts = []
     for number in range(int(block[-1]) + 1):
         own = jacobian[block == number]
-        right = own.T @ fitted.residual[block == number]
-        left = (normal - own.T @ own) / np.outer(scale, scale) + least
+        right = np.einsum("np,n->p", own, fitted.residual[block == number])
+        left = (normal - np.einsum("np,nq->pq", own, own)) / np.outer(scale, scale) + least
         shifts.append(np.linalg.solve(left, right / scale) / scale)
     return np.stack(shifts)
 

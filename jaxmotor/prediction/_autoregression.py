@@ -37,8 +37,9 @@ def autoregression(residual: np.ndarray, piece: np.ndarray, used: np.ndarray | N
         whole = float((residual[used] ** 2).mean()) if size else 0.0
         return Autoregression(np.zeros(0), whole, whole)
     rows = np.flatnonzero(full)
-    past = np.stack([residual[rows - lag] for lag in range(most + 1)], axis=1)
-    return _by_schwarz(past.T @ past, len(rows))
+    past = np.stack([residual[rows - lag] for lag in range(most + 1)])
+    # As a sum of products, not by a library whose threads wait for each other while fits run side by side.
+    return _by_schwarz(np.einsum("pn,qn->pq", past, past), len(rows))
 
 
 def _by_schwarz(gram: np.ndarray, size: int) -> Autoregression:
