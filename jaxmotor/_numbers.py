@@ -34,14 +34,14 @@ def between(value: float, error: float, unit: str) -> str:
 
 
 def bracket(interval: tuple[float, float, float]) -> str:
-    """`[low, high]` of (value, low, high)."""
-    return f"[{interval[1]:.3g}, {interval[2]:.3g}]"
+    """` [low, high]` of (value, low, high), to stand behind the value; nothing where it has no width."""
+    return "" if interval[1] == interval[2] else f" [{interval[1]:.3g}, {interval[2]:.3g}]"
 
 
 def with_bracket(interval: tuple[float, float, float], factor: float = 1.0) -> str:
-    """`value [low, high]` of (value, low, high) times `factor`; without the limits where these are not known."""
+    """`value [low, high]` of (value, low, high) times `factor`; `value` where the limits are not known, or the same."""
     value, low, high = (factor * number for number in interval)
-    if not (math.isfinite(low) and math.isfinite(high)):
+    if not (math.isfinite(low) and math.isfinite(high)) or low == high:
         return plainly(value, 4)
     return f"{value:.4g} [{low:.4g}, {high:.4g}]"
 

@@ -1,4 +1,4 @@
-"""One segment that was not fitted, before and after the model was extended."""
+"""One held-out segment, before and after the model was extended."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,8 +13,8 @@ MOST_ROWS = 500
 
 @styled
 def before_after(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
-    """Measured speed and both motors in free simulation, in the held-out segment that gained most; below, what each
-    leaves over. Shows at most 500 rows, those in which the gain is largest."""
+    """Measured speed and both motors in free simulation, in the held-out segment that gained most; below, the
+    residuals. Shows at most 500 rows, those in which the gain is largest."""
     before, after = best_gain(diagnosis)
     rows = most_gained(before, after, MOST_ROWS)
     time, gap = with_gaps(before.time_s[rows])
@@ -35,8 +35,10 @@ def before_after(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
 
 
 def best_gain(diagnosis: Diagnosis) -> tuple[Trace, Trace]:
-    """The traces, linear and extended, of the held-out segment whose mean squared error fell most."""
-    pairs = list(zip(diagnosis.held_out.traces_before, diagnosis.held_out.traces_after, strict=True))
+    """The traces, linear and extended, of the held-out segment whose mean squared error fell most; of the fitted ones
+    where none was held out."""
+    worth = diagnosis.held_out if diagnosis.held_out.traces_before else diagnosis.whole
+    pairs = list(zip(worth.traces_before, worth.traces_after, strict=True))
     gains = [float(np.mean(_gain(*pair))) for pair in pairs]
     return pairs[int(np.argmax(gains))]
 

@@ -20,7 +20,7 @@ def step_trials(trials: StepTrials, *, axes: OnAxes = None) -> Figure:
             _band(trials.measured.low, trials.measured.high),
             _band(trials.predicted.low, trials.predicted.high),
         ),
-        title=f"step of {trials.amplitude_V:.3g} V, segments not fitted",
+        title=f"step of {trials.amplitude_V:.3g} V, held out",
         measured_label=f"mean of {number} trials" if several else "measured, one trial",
         band_label="95 % of the mean" if several else "95 %, encoder alone",
         axes=axes,
@@ -48,7 +48,7 @@ def controller(loop: ClosedLoop, *, axes: OnAxes = None) -> Figure:
         ),
         reference_rad_s=loop.reference_rad_s,
         limit_V=loop.limit_V if np.isfinite(loop.limit_V) else None,
-        title=f"{loop.kind} control, {gain}, segment {loop.segment}, not fitted",
+        title=f"{loop.kind} control, {gain}, segment {loop.segment}, held out",
         axes=axes,
     )
 

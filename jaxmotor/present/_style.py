@@ -5,6 +5,7 @@ apart (Okabe and Ito). Uncertainty is a light fill or a hatched one.
 """
 
 import functools
+import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any, ParamSpec
 
@@ -20,6 +21,8 @@ from jaxmotor._errors import JaxmotorError
 P = ParamSpec("P")
 
 WIDTH_IN = 12 / 2.54
+LINE = 76
+"""Characters across a figure."""
 BLACK, BLUE, VERMILLION, GREEN = "#000000", "#0072B2", "#D55E00", "#009E73"
 PURPLE, GREY = "#AA4499", "#8A8A8A"
 
@@ -144,6 +147,7 @@ def panels(
 
 def heading(axes: np.ndarray, text: str) -> None:
     """`text` above all panels; above the first where the figure is somebody else's and that has no title."""
+    text = textwrap.fill(text, LINE, break_long_words=False, break_on_hyphens=False)
     if isinstance(axes.flat[0].figure, OwnFigure):
         axes.flat[0].figure.suptitle(text, fontsize=8, x=0.02, ha="left")
     elif not axes.flat[0].get_title(loc="left"):

@@ -1,4 +1,4 @@
-"""Steps and closed loops that the linear motor was not fitted to: predicted beside measured."""
+"""Held-out steps and closed loops: predicted beside measured."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from jaxmotor.validation import Band, ClosedLoop, Comparison, StepTrials
 from jaxmotor.words import with_bracket
 
 MOST = 2
-"""Steps, and closed loops, that are drawn at once; the others are a click away."""
+"""Steps, and closed loops, that are drawn at once; the others are folded."""
 MOST_ROWS = 600
 
 
@@ -22,16 +22,16 @@ def checks_section(story: Story) -> Content:
     if validation is None:
         return paragraph(f"Not done: {story.not_validated}.")
     text = (
-        "The linear motor, identified once more without the runs below, against these runs: steps in open loop, and "
-        "speed controllers simulated from the header's gains. Bands hold 95 of 100 runs of the prediction. Where "
-        "causes were named above, the linear motor is expected to miss here."
+        "The linear motor, identified without the segments below, predicts them: steps in open loop, and speed "
+        "controllers with the header's gains. Bands are 95 % intervals of the prediction. Where effects were named "
+        "above, the linear motor is expected to fail here."
     )
     content: list[Content] = [paragraph(text)]
     if validation.open_loop is not None:
         score = validation.open_loop.pooled
         fit = _percent(score.fit_percent, "open_loop.pooled.fit_percent")
         chi2 = f", chi2 {score.chi2_per_sample:.3g} per sample."
-        content.append(paragraph("Open loop, all such runs together: fit ", fit, chi2))
+        content.append(paragraph("Open loop, all these segments together: fit ", fit, chi2))
     drawn: list[Content] = [_steps(k, steps) for k, steps in enumerate(validation.steps)]
     loops: list[Content] = [_loop(k, loop) for k, loop in enumerate(validation.closed_loop)]
     for title, items in (("steps", drawn), ("closed loops", loops)):
@@ -57,7 +57,7 @@ def _steps(place: int, steps: StepTrials) -> Html:
         "div",
         element("h3", title),
         paragraph(which, inside, " of the rows."),
-        figure(plot([panel], alt=alt), "Measured with its 95 % band, and predicted.", _key()),
+        figure(plot([panel], alt=alt), "Measured and predicted.", _key(panel)),
         table(f"{title}: measured and predicted, with 95 % intervals", ("", "measured", "predicted", ""), rows),
     )
 
@@ -86,7 +86,7 @@ def _loop(place: int, loop: ClosedLoop) -> Html:
         "div",
         element("h3", title),
         paragraph(which, inside, ", voltage in ", effort, " of the ticks."),
-        figure(plot([speed, volts], alt=alt, shared=True), caption, _key()),
+        figure(plot([speed, volts], alt=alt, shared=True), caption, _key(speed)),
         table("Measured and predicted, with 95 % intervals", ("", "measured", "predicted", ""), rows),
         [paragraph(note, class_="quiet") for note in loop.notes],
     )
@@ -107,15 +107,12 @@ def _panel(
     return Panel(Scale.of(time, "Time (s)", margin=0.01), Scale.of(values, label), marks, height)
 
 
-def _key() -> Html:
-    return legend(
-        [
-            ("dot ink", "measured"),
-            ("grey", "its 95 % band, where it has one"),
-            ("blue curve", "predicted"),
-            ("band", "95 % of the prediction"),
-        ]
-    )
+def _key(panel: Panel) -> Html:
+    """Of what is drawn in the panel."""
+    around = [("grey", "95 % band of the measurement")] if any(mark.look == "grey" for mark in panel.marks) else []
+    known = np.isfinite(panel.marks[0].y).any()
+    predicted = [("blue curve", "predicted"), *([("band", "95 % band of the prediction")] if known else [])]
+    return legend([("dot ink", "measured"), *around, *predicted])
 
 
 def _percent(value: float, key: str) -> Html:

@@ -21,7 +21,7 @@ def population_plot(population: Population) -> Html:
     outside = len(population.outliers)
     alt = f"{len(population.motors)} motors, gain against the other parameters; {outside} do not belong."
     key = legend(
-        [("dot blue", "motors, ± 95 %"), ("dot red", "do not belong"), ("grey", "50 % and 99.9 % of the kind")]
+        [("dot blue", "motors, ± 95 %"), ("dot red square", "do not belong"), ("grey", "50 % and 99.9 % of the kind")]
     )
     return figure(plot(panels, alt=alt), "Each dot is a motor.", key)
 
@@ -43,7 +43,7 @@ def _pair(population: Population, up: int) -> Panel:
         values += [np.stack([points[:, 0], end], axis=1) for end in ends]
     for rows, look, name in (
         (drawn[~outside[drawn]], "dot blue", "motor"),
-        (drawn[outside[drawn]], "dot red", "does not belong:"),
+        (drawn[outside[drawn]], "dot red square", "does not belong:"),
     ):
         labels = [f"{points[k, 0]:.4g}, {population.motors[k][:60]}" for k in rows]
         marks.append(dots(points[rows, 0], points[rows, up], look, name, labels))

@@ -1,4 +1,4 @@
-"""The extended motor with its intervals, and what it is worth on runs that were not fitted."""
+"""The extended motor with its intervals, and how well both motors predict held-out segments."""
 
 import math
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.motor.effects import parameters
 from jaxmotor.present._before_after import best_gain, most_gained
 from jaxmotor.present._fit import with_gaps
-from jaxmotor.present.report._html import Content, Html, details, number, paragraph, table
+from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Panel, dots, legend, level, line, plot
 from jaxmotor.present.report._scale import Scale
@@ -65,11 +65,11 @@ def model_section(story: Story) -> Content:
         rows.append([name, *alone.cells("fit"), *(beside.cells("model") if diagnosis.effects else [])])
     head = ["", "linear motor", "95 % interval"]
     if not diagnosis.effects:
-        return table("The linear motor, which is all that is known", head, rows)
+        return table("The linear motor", head, rows)
     rows += _effects(diagnosis)
     text = (
-        "Fitted to the whole recording. Gain and pole of the linear motor alone make up for what it lacks, so they "
-        "depend on the experiment; those of the extended motor do so less."
+        "Fitted to the whole recording. Gain and pole of the linear motor alone compensate for the effects that it "
+        "lacks, so they depend on the experiment; those of the extended motor depend on it less."
     )
     return [paragraph(text), table("Both motors", [*head, "extended motor", "95 % interval"], rows)]
 
@@ -101,13 +101,12 @@ def _effects(diagnosis: Diagnosis) -> list[list[Content]]:
 
 
 def gain_section(story: Story) -> Content:
-    """Scores before and after, a run in which the gain shows most, and each held-out run."""
+    """The verdict, scores of both motors, each held-out segment, and closed loops."""
     diagnosis = story.diagnosis
-    scored = _scored(diagnosis)
-    content: list[Content] = [paragraph(scored), _scores(diagnosis)]
+    verdict = element("strong", diagnosis.verdict, id="verdict")
+    content: list[Content] = [paragraph("Verdict: ", verdict, ". ", _scored(diagnosis)), _scores(diagnosis)]
     if diagnosis.held_out.traces_before:
-        content.append(_traces(diagnosis, story.recording))
-        content.append(details("Each run that was not fitted", _runs(diagnosis, story.recording)))
+        content.append(details("Each held-out segment", _runs(diagnosis, story.recording)))
     return content + [_loop(place, gain, diagnosis) for place, gain in enumerate(diagnosis.closed_loop[:MOST_LOOPS])]
 
 
@@ -123,7 +122,7 @@ def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
         for when, value in (("before", one), ("after", other))[: 2 if extended else 1]:
             predicted = value if name == "rmse_rad_s" else value.predicted
             limits = tuple(factor * number for number in predicted)
-            row.append([number(predicted.value, f"{key}_{when}", plainly(limits[0])), f" {bracket(limits)}"])
+            row.append([number(predicted.value, f"{key}_{when}", plainly(limits[0])), bracket(limits)])
         rows.append(row)
     head = ["", "measured", "linear", *(["extended"] if extended else [])]
     measured = dots(before.time_s, before.measured_rad_s, "dot small ink", "measured")
@@ -135,17 +134,17 @@ def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
     caption = capital(loop_of(gain))
     key = legend([("dot ink", "measured"), ("red curve", "linear"), *([("blue curve", "extended")] * extended)])
     picture = figure(plot([Panel(across, speeds, marks)], alt=f"Speed in the {loop_of(gain)}"), caption, key)
-    return [picture, table("The controller of the header on both motors, in brackets where 95 % lie", head, rows)]
+    return [picture, table("The header's controller on both motors, with 95 % intervals", head, rows)]
 
 
 def _scored(diagnosis: Diagnosis) -> str:
     held_out, whole = set(diagnosis.held_out.segments), set(diagnosis.whole.segments)
     if held_out >= whole:
-        return "There are too few runs to hold any out: these scores are of the data that were fitted."
+        return "There are too few segments to hold any out: these scores are of the estimation data."
     if held_out < whole:
         segments = f"segment{'s' if len(held_out) > 1 else ''} {ranges(diagnosis.held_out.segments)}"
-        return f"Both motors were fitted anew without {segments}, and simulated there."
-    return "Both motors were fitted anew without a third of the recording, and simulated there."
+        return f"Both motors were fitted without {segments}, and simulated there."
+    return "Both motors were fitted without a third of the recording, and simulated there."
 
 
 class _Line(NamedTuple):
@@ -157,9 +156,9 @@ class _Line(NamedTuple):
 
 
 def _scores(diagnosis: Diagnosis) -> Content:
-    caption = "Not fitted: free simulation under the voltage that was logged"
+    caption = "Held-out data: free simulation under the logged voltage"
     held_out = _score_table(caption, "held_out", diagnosis.held_out, diagnosis)
-    whole = _score_table("Fitted to everything, and scored on everything", "whole", diagnosis.whole, diagnosis)
+    whole = _score_table("Fitted to all segments, and scored on all", "whole", diagnosis.whole, diagnosis)
     return [held_out, details("The same on the whole recording", whole)]
 
 
@@ -167,11 +166,11 @@ def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> 
     before, after = worth.before, worth.after
     intervals = worth.before_intervals, worth.after_intervals
     fit, chi2, rmse = (
-        tuple(f" {bracket(getattr(known, name))}" for known in intervals)
+        tuple(bracket(getattr(known, name)) for known in intervals)
         for name in ("fit_percent", "chi2_per_sample", "rmse_rad_s")
     )
     one = floor(diagnosis.fit.floor_known)
-    # Without counts residuals are not added up, and the drift is chi2 again.
+    # Without counts residuals are not summed over ticks, and the drift is chi2 again.
     drifts = diagnosis.fit.floor_known
     lines = [
         _Line("fit (%)", "fit_percent", before.fit_percent, after.fit_percent, fit),
@@ -182,7 +181,7 @@ def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> 
     ]
     extended = bool(diagnosis.effects)
     rows = []
-    for one in lines:
+    for one in (one for one in lines if math.isfinite(one.before)):
         row: list[Content] = [
             one.name,
             [number(one.before, f"{key}.{one.key}_before", _figures(one.before)), one.about[0]],
@@ -197,7 +196,8 @@ def _figures(value: float) -> str:
     return plainly(value, 4)
 
 
-def _traces(diagnosis: Diagnosis, recording: Recording) -> Html:
+def traces(diagnosis: Diagnosis, recording: Recording) -> Html:
+    """Measured speed and both motors in the segment in which the extension shows most."""
     before, after = best_gain(diagnosis)
     rows = most_gained(before, after, MOST_ROWS)
     time, gap = with_gaps(before.time_s[rows])
@@ -208,19 +208,18 @@ def _traces(diagnosis: Diagnosis, recording: Recording) -> Html:
     for name, trace, look in pairs:
         simulated = gap(trace.simulated_rad_s[rows])
         speed.append(line(time, simulated, look, name))
-        left.append(line(time, gap(measured) - simulated, look, f"{name} leaves"))
+        left.append(line(time, gap(measured) - simulated, look, name))
     across = Scale.of(before.time_s[rows], "Time in the segment (s)", margin=0.01)
     speeds = Scale.of(np.concatenate([mark.y for mark in speed]), "Speed (rad/s)")
-    errors = Scale.of(np.concatenate([mark.y for mark in left]), "Left (rad/s)")
-    panels = [Panel(across, speeds, speed), Panel(across, errors, [level(across, 0.0), *left], height=110.0)]
+    errors = Scale.of(np.concatenate([mark.y for mark in left]), "Residual (rad/s)")
+    panels = [Panel(across, speeds, speed, 130.0), Panel(across, errors, [level(across, 0.0), *left], height=90.0)]
     kind = _kind(diagnosis, recording, before)
-    scores = " and ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace, _ in pairs)
-    alt = f"Measured and simulated speed in {kind} that was not fitted, and what is left over; fit {scores}."
+    scores = ", ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace, _ in pairs)
+    held_out = "held out" if diagnosis.held_out.traces_before else "fitted"
+    which = "Where the effects improve it most" if diagnosis.effects else "Shown"
+    text = f"{which}: {kind}, {held_out}; fit {scores}. Below, the residual (measured minus simulated)."
     key = legend([("dot ink", "measured"), *((look, name) for name, _, look in pairs)])
-    caption = f"The run that gained most, {kind}: fit {scores}. Below, measured less simulated."
-    if not diagnosis.effects:
-        caption = f"A run that was not fitted, {kind}: fit {scores}. Below, measured less simulated."
-    return figure(plot(panels, alt=alt, shared=True), caption, key)
+    return figure(plot(panels, alt=f"Measured and simulated speed. {text}", shared=True), text, key)
 
 
 def _kind(diagnosis: Diagnosis, recording: Recording, trace: Trace) -> str:
@@ -228,7 +227,7 @@ def _kind(diagnosis: Diagnosis, recording: Recording, trace: Trace) -> str:
     if not set(diagnosis.held_out.segments) <= set(diagnosis.whole.segments):
         return "a part of the recording"
     kind = recording.segments[trace.segment].kind
-    return f"a {'run' if kind == 'other' else named(kind)} (segment {trace.segment})"
+    return f"a {'segment' if kind == 'other' else named(kind)} (segment {trace.segment})"
 
 
 def _runs(diagnosis: Diagnosis, recording: Recording) -> Content:
@@ -238,5 +237,5 @@ def _runs(diagnosis: Diagnosis, recording: Recording) -> Content:
         kind = _kind(diagnosis, recording, before)
         cells = [f"{fit_percent((trace,)):.2f}" for trace in (before, after)]
         rows.append((kind, *cells[: 2 if diagnosis.effects else 1]))
-    head = ("run", "linear, fit (%)", *(["extended, fit (%)"] if diagnosis.effects else []))
-    return table("Free simulation of each run", head, rows)
+    head = ("segment", "linear, fit (%)", *(["extended, fit (%)"] if diagnosis.effects else []))
+    return table("Free simulation of each held-out segment", head, rows)
