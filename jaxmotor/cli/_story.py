@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Worth
-from jaxmotor.recording import ranges
 from jaxmotor.validation import Interval
 from jaxmotor.words import (
     LOOP,
@@ -19,6 +18,7 @@ from jaxmotor.words import (
     nothing_left,
     of_rounding,
     printable,
+    scored,
     seen_in,
     sentence,
     with_error,
@@ -107,7 +107,7 @@ def _costs(diagnosis: Diagnosis) -> list[str]:
     if not diagnosis.fit.floor_known:  # a log of angles or speeds, not of counts: compare with what others publish
         before, after = worth.angle_fit_percent_before, worth.angle_fit_percent_after
         lines.append(f"of the angle turned: fit {before:.3g} %" + (f" -> {after:.3g} %" if diagnosis.effects else ""))
-    return [*lines, _scored(diagnosis), *_loops(diagnosis)]
+    return [*lines, scored(diagnosis), *_loops(diagnosis)]
 
 
 def _loops(diagnosis: Diagnosis) -> list[str]:
@@ -127,16 +127,6 @@ def _loops(diagnosis: Diagnosis) -> list[str]:
 def _told(interval: Interval, unit: str, factor: float = 1.0) -> str:
     value, low, high = (factor * number for number in (interval.value, interval.low, interval.high))
     return f"{value:.3g}{f' {unit}' if unit else ''}{bracket((value, low, high))}"
-
-
-def _scored(diagnosis: Diagnosis) -> str:
-    """Which data the scores are of. Segments of a recording that was cut have numbers that say nothing to people."""
-    held_out, whole = set(diagnosis.held_out.segments), set(diagnosis.whole.segments)
-    if held_out >= whole:
-        return "all of the estimation data: there are too few to hold any out"
-    if held_out < whole:
-        return f"all of segments {ranges(diagnosis.held_out.segments)}, with the models fitted to the others"
-    return "all of a part of the recording, with the models fitted to the rest"
 
 
 def _motor(diagnosis: Diagnosis) -> str:

@@ -7,14 +7,9 @@ from matplotlib.figure import Figure
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.diagnosis import LearnedLaw
+from jaxmotor.present._missing import COORDINATES
 from jaxmotor.present._style import BAND, BLACK, BLUE, Look, OnAxes, legend_below, panels, plain, styled
 
-LABELS = {
-    "speed": "Speed (rad/s)",
-    "voltage": "Applied voltage (V)",
-    "angle": "Shaft angle (rad, one turn)",
-    "time": "Time in the recording (s)",
-}
 BEST = Look(color=BLUE, linestyle="-", linewidth=1.8)
 OTHER = Look(color=BLACK, linestyle="-", linewidth=0.9)
 
@@ -46,7 +41,7 @@ def _curve(ax: Axes, law: LearnedLaw, best: bool) -> None:
     volts, error = 1e3 * law.volts, 2e3 * law.standard_error
     ax.fill_between(law.at, volts - error, volts + error, label="± 2 standard errors", **BAND)
     ax.plot(law.at, volts, label="learned", **(BEST if best else OTHER))
-    ax.set_xlabel(LABELS[law.coordinate])
+    ax.set_xlabel(COORDINATES[law.coordinate])
     alike = f"\n{plain(law.resemblance)}" if best else ""
     title = f"{'Best: ' if best else ''}{100 * law.share:.0f} % explained{alike}"
     ax.set_title(title, loc="left", fontweight="bold" if best else "normal")

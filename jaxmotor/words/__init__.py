@@ -28,4 +28,5 @@ from jaxmotor.words._findings import nothing_left as nothing_left
 from jaxmotor.words._findings import odds as odds
 from jaxmotor.words._findings import of_rounding as of_rounding
 from jaxmotor.words._findings import percent as percent
+from jaxmotor.words._findings import scored as scored
 from jaxmotor.words._findings import seen_in as seen_in

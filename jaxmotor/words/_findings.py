@@ -6,6 +6,7 @@ from collections.abc import Callable
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
 from jaxmotor.estimate import Noise
 from jaxmotor.motor import EFFECTS
+from jaxmotor.recording import ranges
 from jaxmotor.words._effects import named
 
 RPM = 60 / (2 * math.pi)
@@ -100,6 +101,16 @@ def either(effects: list[str]) -> str:
 def percent(share: float) -> str:
     """A probability [1] in whole percent; never quite none, never quite all."""
     return "< 1 %" if share < 0.005 else "> 99 %" if share > 0.995 else f"{100 * share:.0f} %"
+
+
+def scored(diagnosis: Diagnosis) -> str:
+    """Which data the scores are of. Where a recording was cut, its segments have other numbers than in its header."""
+    held_out, whole = set(diagnosis.held_out.segments), set(diagnosis.whole.segments)
+    if held_out >= whole:
+        return "all of the estimation data: there are too few to hold any out"
+    if held_out < whole:
+        return f"all of segments {ranges(diagnosis.held_out.segments)}, with the models fitted to the others"
+    return "all of a part of the recording, with the models fitted to the rest"
 
 
 def loop_of(gain: LoopGain) -> str:

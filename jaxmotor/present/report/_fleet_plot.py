@@ -3,14 +3,12 @@
 import numpy as np
 
 from jaxmotor.fleet import Population
-from jaxmotor.present._population import LABELS
+from jaxmotor.present._population import HALF, LABELS, NEARLY_ALL, ellipse, sizes
 from jaxmotor.present.report._html import Html
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Mark, Panel, bars, dots, legend, line, plot
 from jaxmotor.present.report._scale import Scale
 
-HALF, NEARLY_ALL = 1.386, 13.816
-"""Squared distances of two normal numbers within which 50 % and 99.9 % of them lie."""
 MOST_DRAWN = 3_000
 MOST_BARS = 300
 
@@ -27,13 +25,13 @@ def population_plot(population: Population) -> Html:
 
 
 def _pair(population: Population, up: int) -> Panel:
-    points, chosen = _shown(population, population.estimates), [0, up]
+    points, chosen = sizes(population, population.estimates), [0, up]
     outside = population.distance > population.threshold
     drawn = np.flatnonzero(outside | (np.arange(len(points)) % (1 + len(points) // MOST_DRAWN) == 0))
     marks: list[Mark] = []
     values = [points[drawn][:, chosen]]
     for square in (HALF, NEARLY_ALL):
-        curve = _ellipse(population, up, square)
+        curve = ellipse(population, 0, up, square)
         marks.append(line(curve[:, 0], curve[:, 1], "grey"))
         values.append(curve)
     if len(points) <= MOST_BARS:
@@ -56,20 +54,3 @@ def _within(ends: np.ndarray, values: np.ndarray) -> np.ndarray:
     """`ends` of bars, none so long that it would dwarf the `values`."""
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     return np.clip(ends, low - (high - low) / 2, high + (high - low) / 2)
-
-
-def _ellipse(population: Population, up: int, square: float) -> np.ndarray:
-    """(181, 2) points in the parameters' units."""
-    chosen = [0, up]
-    values, vectors = np.linalg.eigh(population.covariance[np.ix_(chosen, chosen)])
-    angle = np.linspace(0, 2 * np.pi, 181)
-    circle = np.stack([np.cos(angle), np.sin(angle)])
-    curve = np.tile(population.mean, (181, 1))
-    curve[:, chosen] += (vectors * np.sqrt(square * np.maximum(values, 0.0)) @ circle).T
-    return _shown(population, curve)[:, chosen]
-
-
-def _shown(population: Population, values: np.ndarray) -> np.ndarray:
-    """From logarithms to sizes."""
-    sizes = np.array(population.logarithmic)
-    return np.where(sizes, np.exp(np.where(sizes, values, 0.0)), values)

@@ -1,7 +1,6 @@
 """The extended motor with its intervals, and how well both motors predict held-out segments."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,54 +14,32 @@ from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Panel, dots, legend, level, line, plot
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
-from jaxmotor.recording import Recording, ranges
-from jaxmotor.words import LOOP, as_known, between, bracket, capital, floor, loop_of, named, plainly, scaled
+from jaxmotor.recording import Recording
+from jaxmotor.words import LOOP, as_known, between, bracket, capital, floor, loop_of, named, plainly, scaled, scored
 
 MOST_ROWS = 500
 MOST_LOOPS = 2
 MOST_SEGMENTS = 200
 LINEAR = {
-    "gain_rad_s_V": ("gain", 1.0, "rad/s/V"),
-    "pole_rad_s": ("pole", 1.0, "rad/s"),
-    "electrical_time_constant_s": ("electrical time constant", 1e3, "ms"),
-    "viscous_share": ("viscous share", 1e2, "%"),
+    "gain_rad_s_V": ("gain", "gain", 1.0, "rad/s/V", -math.inf),
+    "pole_rad_s": ("pole", "pole", 1.0, "rad/s", -math.inf),
+    "electrical_time_constant_s": ("electrical time constant", "electrical_time_constant", 1e3, "ms", 1e-7),
+    "viscous_share": ("viscous share", "viscous_share", 1e2, "%", 0.0),
 }
-"""Names of the linear part's parameters, and factor and unit for people."""
-ATTRIBUTES = {
-    "gain_rad_s_V": "gain",
-    "pole_rad_s": "pole",
-    "electrical_time_constant_s": "electrical_time_constant",
-    "viscous_share": "viscous_share",
-}
-SMALLEST = {"electrical_time_constant_s": 1e-7, "viscous_share": 0.0}
-"""At which a part is not there."""
-
-
-class _Part(NamedTuple):
-    """One parameter of a linear motor, in its unit of `LINEAR`."""
-
-    value: float
-    error: float
-    key: str
-
-    def cells(self, name: str) -> list[Content]:
-        """Value and interval."""
-        _, factor, unit = LINEAR[self.key]
-        if not self.value and not math.isfinite(self.error):
-            return ["not fitted", ""]
-        value, error = factor * self.value, factor * self.error
-        return [number(self.value, f"{name}.{self.key}", as_known(value, error, unit)), between(value, error, unit)]
+"""Name, attribute, factor and unit for people of the linear part's parameters, and the value of one that is absent."""
 
 
 def model_section(story: Story) -> Content:
     """The linear motor and the extended one, parameter by parameter."""
     diagnosis = story.diagnosis
     rows = []
-    for key, (name, _, _) in LINEAR.items():
-        alone, beside = _alone(diagnosis, key), _beside(diagnosis, key)
-        if max(alone.value, beside.value) <= SMALLEST.get(key, -math.inf):
-            continue
-        rows.append([name, *alone.cells("fit"), *(beside.cells("model") if diagnosis.effects else [])])
+    for key, (name, attribute, _, _, none) in LINEAR.items():
+        motor = diagnosis.motor if key == "viscous_share" else diagnosis.motor.linear
+        alone, beside = (float(getattr(one, attribute, 0.0)) for one in (diagnosis.fit.motor, motor))
+        if max(alone, beside) > none:
+            error = float(getattr(diagnosis.fit.standard_error, attribute, math.nan))
+            extended = _cells("model", key, beside, diagnosis.standard_error.get(key, math.nan))
+            rows.append([name, *_cells("fit", key, alone, error), *(extended if diagnosis.effects else [])])
     head = ["", "linear motor", "95 % interval"]
     if not diagnosis.effects:
         return table("The linear motor", head, rows)
@@ -74,19 +51,13 @@ def model_section(story: Story) -> Content:
     return [paragraph(text), table("Both motors", [*head, "extended motor", "95 % interval"], rows)]
 
 
-def _alone(diagnosis: Diagnosis, key: str) -> _Part:
-    """Of the linear motor as it was identified."""
-    fit, name = diagnosis.fit, ATTRIBUTES[key]
-    if not hasattr(fit.motor, name):
-        return _Part(0.0, float("nan"), key)
-    return _Part(float(getattr(fit.motor, name)), float(getattr(fit.standard_error, name)), key)
-
-
-def _beside(diagnosis: Diagnosis, key: str) -> _Part:
-    """Of the extended motor's linear part."""
-    motor = diagnosis.motor
-    value = float(getattr(motor if key == "viscous_share" else motor.linear, ATTRIBUTES[key], 0.0))
-    return _Part(value, diagnosis.standard_error.get(key, float("nan")), key)
+def _cells(motor: str, key: str, value: float, error: float) -> list[Content]:
+    """Value and interval."""
+    _, _, factor, unit, _ = LINEAR[key]
+    if not value and not math.isfinite(error):
+        return ["not fitted", ""]
+    known = factor * value, factor * error, unit
+    return [number(value, f"{motor}.{key}", as_known(*known)), between(*known)]
 
 
 def _effects(diagnosis: Diagnosis) -> list[list[Content]]:
@@ -104,7 +75,10 @@ def gain_section(story: Story) -> Content:
     """The verdict, scores of both motors, each held-out segment, and closed loops."""
     diagnosis = story.diagnosis
     verdict = element("strong", diagnosis.verdict, id="verdict")
-    content: list[Content] = [paragraph("Verdict: ", verdict, ". ", _scored(diagnosis)), _scores(diagnosis)]
+    content: list[Content] = [
+        paragraph("Verdict: ", verdict, f". The scores are of {scored(diagnosis)}."),
+        _scores(diagnosis),
+    ]
     if diagnosis.held_out.traces_before:
         content.append(details("Each held-out segment", _runs(diagnosis, story.recording)))
     return content + [_loop(place, gain, diagnosis) for place, gain in enumerate(diagnosis.closed_loop[:MOST_LOOPS])]
@@ -137,24 +111,6 @@ def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
     return [picture, table("The header's controller on both motors, with 95 % intervals", head, rows)]
 
 
-def _scored(diagnosis: Diagnosis) -> str:
-    held_out, whole = set(diagnosis.held_out.segments), set(diagnosis.whole.segments)
-    if held_out >= whole:
-        return "There are too few segments to hold any out: these scores are of the estimation data."
-    if held_out < whole:
-        segments = f"segment{'s' if len(held_out) > 1 else ''} {ranges(diagnosis.held_out.segments)}"
-        return f"Both motors were fitted without {segments}, and simulated there."
-    return "Both motors were fitted without a third of the recording, and simulated there."
-
-
-class _Line(NamedTuple):
-    name: str
-    key: str
-    before: float
-    after: float
-    about: tuple[str, ...]
-
-
 def _scores(diagnosis: Diagnosis) -> Content:
     caption = "Held-out data: free simulation under the logged voltage"
     held_out = _score_table(caption, "held_out", diagnosis.held_out, diagnosis)
@@ -163,37 +119,27 @@ def _scores(diagnosis: Diagnosis) -> Content:
 
 
 def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> Html:
-    before, after = worth.before, worth.after
-    intervals = worth.before_intervals, worth.after_intervals
-    fit, chi2, rmse = (
-        tuple(bracket(getattr(known, name)) for known in intervals)
-        for name in ("fit_percent", "chi2_per_sample", "rmse_rad_s")
-    )
-    one = floor(diagnosis.fit.floor_known)
-    # Without counts residuals are not summed over ticks, and the drift is chi2 again.
-    drifts = diagnosis.fit.floor_known
-    lines = [
-        _Line("fit (%)", "fit_percent", before.fit_percent, after.fit_percent, fit),
-        _Line(f"chi2 per sample (1 = {one})", "chi2", before.chi2_per_sample, after.chi2_per_sample, chi2),
-        *([_Line("drift chi2 per sample", "drift_chi2", worth.drift_before, worth.drift_after, ("", ""))] * drifts),
-        _Line("RMSE (rad/s)", "rmse_rad_s", before.rmse_rad_s, after.rmse_rad_s, rmse),
-        _Line("RMSE (counts)", "rmse_counts", before.rmse_counts, after.rmse_counts, ("", "")),
-    ]
-    extended = bool(diagnosis.effects)
+    scores = {
+        "fit_percent": ("fit (%)", "fit_percent"),
+        "chi2": (f"chi2 per sample (1 = {floor(diagnosis.fit.floor_known)})", "chi2_per_sample"),
+        "drift_chi2": ("drift chi2 per sample", ""),
+        "rmse_rad_s": ("RMSE (rad/s)", "rmse_rad_s"),
+        "rmse_counts": ("RMSE (counts)", "rmse_counts"),
+    }
+    if not diagnosis.fit.floor_known:
+        # Without counts residuals are not summed over ticks, and the drift is chi2 again.
+        del scores["drift_chi2"], scores["rmse_counts"]
+    whens = ("before", "after")[: 2 if diagnosis.effects else 1]
     rows = []
-    for one in (one for one in lines if math.isfinite(one.before)):
-        row: list[Content] = [
-            one.name,
-            [number(one.before, f"{key}.{one.key}_before", _figures(one.before)), one.about[0]],
-        ]
-        if extended:
-            row.append([number(one.after, f"{key}.{one.key}_after", _figures(one.after)), one.about[1]])
+    for name, (title, attribute) in scores.items():
+        row: list[Content] = [title]
+        for when in whens:
+            value = getattr(getattr(worth, when), attribute) if attribute else getattr(worth, f"drift_{when}")
+            interval = getattr(getattr(worth, f"{when}_intervals"), attribute, None)
+            shown = number(value, f"{key}.{name}_{when}", plainly(value, 4))
+            row.append([shown, "" if interval is None else bracket(interval)])
         rows.append(row)
-    return table(caption, ["", "linear", *(["extended"] if extended else [])], rows)
-
-
-def _figures(value: float) -> str:
-    return plainly(value, 4)
+    return table(caption, ["", *("linear", "extended")[: len(whens)]], rows)
 
 
 def traces(diagnosis: Diagnosis, recording: Recording) -> Html:

@@ -67,11 +67,13 @@ def again_section(story: Story, digest: str) -> Content:
     ]
     rows = [("recording", story.recording.name), ("its SHA-256", element("code", digest)), ("seed", str(story.seed))]
     rows += [(package, version) for package, version in versions().items()]
+    numbers = json.dumps(to_json(story.diagnosis), indent=1, ensure_ascii=False)
+    block = element("pre", numbers, tabindex="0", id="diagnosis")
     return [
         paragraph("The same recording, versions and seed give the same numbers."),
         element("pre", "\n".join(commands), tabindex="0"),
         table("What this page was made of", ("what", "value"), rows),
-        _all(story),
+        details("All numbers of the diagnosis, as JSON", block, printed=False),
     ]
 
 
@@ -79,9 +81,3 @@ def versions() -> dict[str, str]:
     """Of the packages that numbers depend on, and of Python and the machine's kind."""
     found = {package: importlib.metadata.version(package) for package in PACKAGES}
     return found | {"Python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}
-
-
-def _all(story: Story) -> Content:
-    numbers = json.dumps(to_json(story.diagnosis), indent=1, ensure_ascii=False)
-    block = element("pre", numbers, tabindex="0", id="diagnosis")
-    return details("All numbers of the diagnosis, as JSON", block, printed=False)

@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxmotor.diagnosis import Diagnosis, Look, MissingVolts
 from jaxmotor.present._missing import COORDINATES, along, bin_means, explained_percent
-from jaxmotor.present.report._html import Content, Html, bullets, details, element, number, paragraph, table
+from jaxmotor.present.report._html import Content, Html, bullets, details, number, paragraph, table
 from jaxmotor.present.report._motor import spacing
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Mark, Panel, dots, legend, level, line, plot
@@ -25,10 +25,17 @@ def wrong_section(story: Story) -> Content:
     missing = diagnosis.missing
     if not math.isfinite(missing.rms_V):
         return paragraph(_not_seen(story.recording))
-    content: list[Content] = [paragraph(_lacks(diagnosis)), _seen(diagnosis)]
-    content.append(figure(_drawing(diagnosis), _caption(diagnosis), _key(diagnosis)))
-    content.append(details("The numbers", _table(diagnosis)))
-    return content
+    rms = number(missing.rms_V, "missing_volts.before.rms_V", f"{1e3 * missing.rms_V:.3g} mV")
+    text = (
+        "In free simulation the linear motor drifts away from the measured shaft. The voltage that would have kept it "
+        "there, the residual voltage, is "
+    )
+    return [
+        paragraph(text, rms, f" rms{of_rounding(missing)}."),
+        _seen(diagnosis),
+        figure(_drawing(diagnosis), _caption(diagnosis), _key(diagnosis)),
+        details("The numbers", _table(diagnosis)),
+    ]
 
 
 def _not_seen(recording: Recording) -> str:
@@ -41,18 +48,6 @@ def _not_seen(recording: Recording) -> str:
         return "The recording is too short to show the residual voltage of the linear model."
     return (
         f"The residual voltage of the linear model is computed from {needs}. Effects are found without it: see below."
-    )
-
-
-def _lacks(diagnosis: Diagnosis) -> Html:
-    missing = diagnosis.missing
-    rms = number(missing.rms_V, "missing_volts.before.rms_V", f"{1e3 * missing.rms_V:.3g} mV")
-    return element(
-        "span",
-        "In free simulation the linear motor drifts away from the measured shaft. The voltage that would have kept it "
-        "there, the residual voltage, is ",
-        rms,
-        f" rms{of_rounding(missing)}.",
     )
 
 
