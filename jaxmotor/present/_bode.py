@@ -59,17 +59,6 @@ class Band(NamedTuple):
     phase_deg: np.ndarray
 
 
-class Left(NamedTuple):
-    """What a model leaves of a measurement."""
-
-    label: str
-    gain_dB: np.ndarray
-    phase_deg: np.ndarray
-    band: Band
-    look: Look
-    marker: str
-
-
 def response_band(measured: FrequencyResponse) -> Band:
     """95 % half-widths of gain and phase, from the covariance of real and imaginary part."""
     gain, phase = map(np.asarray, _standard_errors(measured))
@@ -131,17 +120,18 @@ def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit], *, a
         _draw_points(gain, phase, seen, method)
     for fit in fits:
         _draw_model(gain, phase, readings[fit.method], fit, fine)
-    leftovers = [_left(readings[fit.method], fit.motor, fit.method, name(fit), *LOOKS[name(fit)]) for fit in fits]
+    compared = [(fit.motor, fit.method, name(fit), *LOOKS[name(fit)]) for fit in fits]
     exact = [fit for fit in fits if fit.method == "exact"]
     if exact and "paper" in readings:
-        motor, label = exact[0].motor, "paper model at the exact pole"
-        leftovers.append(_left(readings["paper"], motor, "paper", label, OTHER, "^"))
-    for left in leftovers:
-        look = {**left.look, "marker": left.marker, "linewidth": 0.9, "capsize": 2}
-        for k, (_, rows) in enumerate(by_amplitude(measured)):
-            drawn = look | {"markerfacecolor": FILLS[k], "label": None if k else left.label}
-            gain_left.errorbar(frequency[rows], left.gain_dB[rows], left.band.gain_dB[rows], **drawn)
-            phase_left.errorbar(frequency[rows], left.phase_deg[rows], left.band.phase_deg[rows], **drawn)
+        compared.append((exact[0].motor, "paper", "paper model at the exact pole", OTHER, "^"))
+    for motor, method, label, look, marker in compared:
+        seen = readings[method]
+        ratio, band = np.asarray(seen.response) / model_response(seen, motor, method, frequency), response_band(seen)
+        for k, (_, rows) in enumerate(by_amplitude(seen)):
+            drawn = {**look, "marker": marker, "linewidth": 0.9, "capsize": 2, "markerfacecolor": FILLS[k]}
+            drawn["label"] = None if k else label
+            gain_left.errorbar(frequency[rows], decibel(ratio)[rows], band.gain_dB[rows], **drawn)
+            phase_left.errorbar(frequency[rows], degrees(ratio)[rows], band.phase_deg[rows], **drawn)
     for ax in (gain_left, phase_left):
         ax.axhline(0, color=GREY, linewidth=0.6)
     if "paper" in readings:
@@ -181,14 +171,6 @@ def _draw_model(gain: Axes, phase: Axes, seen: FrequencyResponse, fit: Fit, fine
     look, _ = LOOKS[name(fit)]
     gain.plot(fine, decibel(model), label=name(fit), **look)
     phase.plot(fine, degrees(model), label=name(fit), **look)
-
-
-def _left(
-    seen: FrequencyResponse, motor: AbstractLinearMotor, method: str, label: str, look: Look, marker: str
-) -> Left:
-    """Measured over modelled, in dB and degrees."""
-    ratio = np.asarray(seen.response) / model_response(seen, motor, method, np.asarray(seen.frequency_Hz))
-    return Left(label, decibel(ratio), degrees(ratio), response_band(seen), look, marker)
 
 
 def as_paper_reads(measured: FrequencyResponse, fit: Fit) -> FrequencyResponse:

@@ -157,8 +157,8 @@ def traces(diagnosis: Diagnosis, recording: Recording) -> Html:
         left.append(line(time, gap(measured) - simulated, look, name))
     across = Scale.of(before.time_s[rows], "Time in the segment (s)", margin=0.01)
     speeds = Scale.of(np.concatenate([mark.y for mark in speed]), "Speed (rad/s)")
-    errors = Scale.of(np.concatenate([mark.y for mark in left]), "Residual (rad/s)")
-    panels = [Panel(across, speeds, speed, 130.0), Panel(across, errors, [level(across, 0.0), *left], height=90.0)]
+    errors = Scale.of(np.concatenate([mark.y for mark in left]), "Residual")
+    panels = [Panel(across, speeds, speed, 110.0), Panel(across, errors, [level(across, 0.0), *left], height=70.0)]
     kind = _kind(diagnosis, recording, before)
     scores = ", ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace, _ in pairs)
     held_out = "held out" if diagnosis.held_out.traces_before else "fitted"
