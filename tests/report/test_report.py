@@ -15,7 +15,7 @@ from report_pages import HOSTILE, Page, check_closed, check_readable, contrast, 
 
 from jaxmotor.cli import main
 from jaxmotor.diagnosis import MissingVolts, to_json
-from jaxmotor.estimate import OpenHypothesis
+from jaxmotor.estimate import Allowed, OpenHypothesis
 from jaxmotor.estimate import to_json as fit_json
 from jaxmotor.present import report as reports
 from jaxmotor.present.report import report_page
@@ -149,12 +149,19 @@ def test_the_first_screen_says_no_more_than_is_known(told):
     words = first_screen(Page(report_page(dataclasses.replace(told[0], diagnosis=unsure), "0")))
     assert "with Coulomb friction or stiction (indistinguishable in this recording)" in words
     assert "if it is that, below 0.2 V it does not move" in words and "stiction instead 70 %" in words
+    assert f"If it is Coulomb friction: {found.effect.advice}" in words
     hidden = OpenHypothesis("friction", 0.31, 12.0, 41.0)
     undecided = dataclasses.replace(
-        diagnosis, effects=(), verdict="unexplained", undecided=True, open_hypotheses=(hidden,)
+        diagnosis,
+        effects=(),
+        verdict="unexplained",
+        undecided=True,
+        open_hypotheses=(hidden,),
+        allowed=Allowed((10.0, 12.0), (20.0, 50.0)),
     )
     words = first_screen(Page(report_page(dataclasses.replace(told[0], diagnosis=undecided), "0")))
     assert "but Coulomb friction would not show under this input" in words
+    assert "with what the input leaves open, 95.49 to 114.6 rpm/V and 20 to 50 ms." in words
     assert "not known: up to 0.31 V would not show" in words and "add steps of a second height" in words
 
 

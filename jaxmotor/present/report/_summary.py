@@ -9,7 +9,7 @@ from jaxmotor.present.report._html import Content, Html, bullets, element, numbe
 from jaxmotor.present.report._page import cards
 from jaxmotor.present.report._plot import bar
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import RPM, allowing, capital, either, equals, looks_like, named, odds, percent, spoken, with_error
+from jaxmotor.words import RPM, capital, either, equals, looks_like, named, odds, percent, spoken, with_error
 
 SENTENCES = {
     "complete": "This is a linear motor: its speed follows the voltage in proportion, and the recording shows no more.",
@@ -43,10 +43,16 @@ def summary(story: Story) -> Content:
 
 
 def _sure(diagnosis: Diagnosis) -> Content:
-    left_open = allowing(diagnosis)
+    text = "± is a 95 % interval"
+    if diagnosis.open_hypotheses and diagnosis.allowed is not None:
+        (low, high), (slow, fast) = diagnosis.allowed
+        most = f"to {1e3 / slow:.4g} ms" if slow > 0 else "ms or more"
+        text += (
+            f"; with what the input leaves open, {RPM * low:.4g} to {RPM * high:.4g} rpm/V and {1e3 / fast:.4g} {most}"
+        )
     return [
         element("h2", "How sure"),
-        paragraph(f"± is a 95 % interval{'' if left_open is None else '; ' + left_open}."),
+        paragraph(f"{text}."),
         [_odds(found, place) for place, found in enumerate(diagnosis.effects)],
         None if diagnosis.effects else paragraph("No effect was named, so none has a probability."),
     ]
@@ -110,7 +116,10 @@ def _odds(found: FoundEffect, place: int) -> Html:
 
 
 def _next(diagnosis: Diagnosis) -> Content:
-    told: list[Content] = [f"{capital(named(found.name))}: {found.effect.advice}" for found in diagnosis.effects]
+    told: list[Content] = []
+    for found in diagnosis.effects:
+        name = capital(named(found.name)) if found.probability >= LIKELY else f"If it is {named(found.name)}"
+        told.append(f"{name}: {found.effect.advice}")
     left = looks_like(diagnosis)
     told += [] if left is None else [f"{capital(left)}."]
     told += [f"{capital(one.note)}." for one in diagnosis.open_hypotheses if diagnosis.undecided]
