@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from jaxmotor.diagnosis import Diagnosis
 from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.present._fit import with_gaps
-from jaxmotor.present._style import EXACT, GREY, MEASURED, PAPER, OnAxes, legend_above, panels, styled
+from jaxmotor.present._style import EXACT, GREY, PAPER, SMALL_DOTS, OnAxes, legend_above, panels, styled
 
 MOST_ROWS = 500
 
@@ -20,11 +20,11 @@ def before_after(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     time, gap = with_gaps(before.time_s[rows])
     figure, axes = panels(2, 3.7, heights=(3, 2), axes=axes)
     speed, left = axes[:, 0]
-    speed.plot(before.time_s[rows], before.measured_rad_s[rows], label="measured", **_dots())
-    for trace, look, name in ((before, _thin(PAPER), "linear"), (after, _thin(EXACT), "extended")):
+    speed.plot(before.time_s[rows], before.measured_rad_s[rows], label="measured", **SMALL_DOTS)
+    for trace, look, name in ((before, PAPER, "linear"), (after, EXACT, "extended")):
         label = f"{name}, fit {fit_percent((trace,)):.1f} %"
-        speed.plot(time, gap(trace.simulated_rad_s[rows]), label=label, **look)
-        left.plot(time, gap((trace.measured_rad_s - trace.simulated_rad_s)[rows]), **{**look, "linewidth": 0.8})
+        speed.plot(time, gap(trace.simulated_rad_s[rows]), label=label, **(look | {"linewidth": 1.0}))
+        left.plot(time, gap((trace.measured_rad_s - trace.simulated_rad_s)[rows]), **(look | {"linewidth": 0.8}))
     left.axhline(0, color=GREY, linewidth=0.6, zorder=0.5)
     speed.set_ylabel("Speed (rad/s)")
     left.set(xlabel="Time in the segment (s)", ylabel="Measured less\nsimulated (rad/s)")
@@ -56,11 +56,3 @@ def most_gained(before: Trace, after: Trace, most: int) -> slice:
     total = np.concatenate([[0.0], np.cumsum(_gain(before, after))])
     begin = int(np.argmax(total[most:] - total[:-most]))
     return slice(begin, begin + most)
-
-
-def _dots() -> dict:
-    return {**MEASURED, "markersize": 1.8, "markerfacecolor": "#A8A8A8", "color": "#A8A8A8"}
-
-
-def _thin(look: dict) -> dict:
-    return {**look, "linewidth": 1.0}

@@ -15,9 +15,9 @@ from jaxmotor.present._style import (
     EXACT,
     GREY,
     LINE,
-    MEASURED,
     OTHER,
     PAPER,
+    SMALL_DOTS,
     Look,
     OnAxes,
     heading,
@@ -131,8 +131,7 @@ def _left(trace: Trace) -> np.ndarray:
 def _simulated(ax: Axes, trace: Trace, recording: Recording | None, columns: int) -> None:
     rows = slice(0, MOST_ROWS)
     time, gap = with_gaps(trace.time_s[rows])
-    dots = {**MEASURED, "markersize": 1.6, "markerfacecolor": "#A8A8A8", "color": "#A8A8A8"}
-    ax.plot(trace.time_s[rows], trace.measured_rad_s[rows], label="measured", **dots)
+    ax.plot(trace.time_s[rows], trace.measured_rad_s[rows], label="measured", **SMALL_DOTS)
     ax.plot(time, gap(trace.simulated_rad_s[rows]), label="simulated", **{**EXACT, "linewidth": 1.0})
     percent = fit_percent((trace,))
     score = f"{percent:.1f} %" if np.isfinite(percent) else "no score"

@@ -64,6 +64,7 @@ Look = dict[str, Any]
 """Of a line, as matplotlib's keywords."""
 
 MEASURED = Look(color=BLACK, linestyle="none", marker="o", markersize=4, markerfacecolor="white")
+SMALL_DOTS = MEASURED | Look(markersize=1.7, markerfacecolor="#A8A8A8", color="#A8A8A8")
 EXACT = Look(color=BLUE, linestyle="-")
 PAPER = Look(color=VERMILLION, linestyle=(0, (5, 1.6)))
 OTHER = Look(color=GREEN, linestyle=(0, (5, 1.4, 1, 1.4)))
