@@ -33,9 +33,14 @@ def between(value: float, error: float, unit: str) -> str:
     return f"{value - half:.{digits}f} to {value + half:.{digits}f} {unit}".rstrip()
 
 
-def bracket(interval: tuple[float, float, float]) -> str:
-    """`[low, high]` of (value, low, high)."""
-    return f"[{interval[1]:.3g}, {interval[2]:.3g}]"
+def bracket(interval: tuple[float, float, float], digits: int = 3) -> str:
+    """` [low, high]` of (value, low, high), to stand behind the value, with so many digits or as many as tell the ends
+    apart; nothing where the interval has no width."""
+    for more in range(digits, digits + 4):
+        low, high = (f"{end:.{more}g}" for end in interval[1:])
+        if low != high:
+            return f" [{low}, {high}]"
+    return ""
 
 
 def with_bracket(interval: tuple[float, float, float], factor: float = 1.0) -> str:
@@ -43,7 +48,7 @@ def with_bracket(interval: tuple[float, float, float], factor: float = 1.0) -> s
     value, low, high = (factor * number for number in interval)
     if not (math.isfinite(low) and math.isfinite(high)):
         return plainly(value, 4)
-    return f"{value:.4g} [{low:.4g}, {high:.4g}]"
+    return f"{value:.4g}{bracket((value, low, high), 4)}"
 
 
 def plainly(value: float, digits: int = 3) -> str:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Worth
-from jaxmotor.recording import ranges
 from jaxmotor.validation import Interval
 from jaxmotor.words import (
     LOOP,
@@ -19,6 +18,7 @@ from jaxmotor.words import (
     nothing_left,
     of_rounding,
     printable,
+    scored,
     seen_in,
     sentence,
     with_error,
@@ -77,8 +77,8 @@ def _sure(diagnosis: Diagnosis) -> list[str]:
         return []
     held_out = diagnosis.held_out
     floor = "rounding" if diagnosis.fit.floor_known else "noise"
-    drift = f"{held_out.drift_before:.3g}, with what is named {held_out.drift_after:.3g}"
-    scale = f"left over in data not fitted ({'drift, ' if diagnosis.adds_up else ''}1 = {floor} alone): linear {drift}"
+    drift = f"{held_out.drift_before:.3g}, extended {held_out.drift_after:.3g}"
+    scale = f"{'drift chi2' if diagnosis.adds_up else 'chi2'} of held-out data (1 = {floor} alone): linear {drift}"
     return [scale, *(line for found in diagnosis.effects for line in _rivals(found, held_out))]
 
 
@@ -90,7 +90,7 @@ def _rivals(found: FoundEffect, held_out: Worth) -> list[str]:
         lines.append(f"{found.name}: {same}")
     if other:
         instead = ", ".join(f"{rival.name} {held_out.drift_after + rival.chi2_excess:.3g}" for rival in other[:MOST])
-        lines.append(f"instead of {found.name}: {instead}")
+        lines.append(f"alternatives to {found.name}: {instead}")
     return lines
 
 
@@ -103,11 +103,11 @@ def _costs(diagnosis: Diagnosis) -> list[str]:
         if diagnosis.effects:
             told = f"{told} -> {_told(getattr(worth.after_intervals, name), unit)}"
         lines.append(f"{title} {told}")
-    lines = [f"{lines[0]}, {lines[1]}", f"{lines[2]} (brackets: 95 %)"]
+    lines = [f"{lines[0]}, {lines[1]}", lines[2] + (" (brackets: 95 %)" if "[" in lines[2] else "")]
     if not diagnosis.fit.floor_known:  # a log of angles or speeds, not of counts: compare with what others publish
         before, after = worth.angle_fit_percent_before, worth.angle_fit_percent_after
         lines.append(f"of the angle turned: fit {before:.3g} %" + (f" -> {after:.3g} %" if diagnosis.effects else ""))
-    return [*lines, _scored(diagnosis), *_loops(diagnosis)]
+    return [*lines, scored(diagnosis), *_loops(diagnosis)]
 
 
 def _loops(diagnosis: Diagnosis) -> list[str]:
@@ -126,17 +126,7 @@ def _loops(diagnosis: Diagnosis) -> list[str]:
 
 def _told(interval: Interval, unit: str, factor: float = 1.0) -> str:
     value, low, high = (factor * number for number in (interval.value, interval.low, interval.high))
-    return f"{value:.3g}{f' {unit}' if unit else ''} {bracket((value, low, high))}"
-
-
-def _scored(diagnosis: Diagnosis) -> str:
-    """Which data the scores are of. Segments of a recording that was cut have numbers that say nothing to people."""
-    held_out, whole = set(diagnosis.held_out.segments), set(diagnosis.whole.segments)
-    if held_out >= whole:
-        return "all of the data that were fitted: there are too few to hold any out"
-    if held_out < whole:
-        return f"all of segments {ranges(diagnosis.held_out.segments)}, with the models fitted to the others"
-    return "all of a part of the recording, with the models fitted to the rest"
+    return f"{value:.3g}{f' {unit}' if unit else ''}{bracket((value, low, high))}"
 
 
 def _motor(diagnosis: Diagnosis) -> str:

@@ -1,14 +1,16 @@
 """Results as text for people."""
 
-import math
 from pathlib import Path
+
+import numpy as np
 
 from jaxmotor.estimate import Fit, to_json
 from jaxmotor.recording import ranges
-from jaxmotor.words import allowing, floor, noise_words, with_error
+from jaxmotor.words import RPM, allowing, floor, noise_words, with_error
 
-RPM = 60 / (2 * math.pi)
-"""rpm in one rad/s."""
+TURNS, ONE_WAY, OFFSET = 0.1, 0.99, 0.01
+"""Share of the highest speed above which a motor turns, of these rows that go one way, and of the voltage of that speed
+that an offset must exceed to be worth a word."""
 
 
 def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
@@ -24,6 +26,7 @@ def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
         lines.append(f"  L/R     {with_error(1e3 * tau, 1e3 * error, 'ms')}")
     if fit.method == "exact":
         lines.append(f"  offset  {with_error(1e3 * fit.offset_V, 1e3 * fit.offset_standard_error_V, 'mV')}")
+        lines += _opposing(fit)
     left_open = allowing(fit)
     lines += [f"  {left_open}"] if left_open else []
     lines.append(f"  noise   {noise_words(fit.noise)}")
@@ -34,3 +37,16 @@ def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
     lines += [f"  note: {note}" for note in (*fit.notes, *extra)]
     lines += [f"  wrote {path}" for path in written]
     return "\n".join(lines)
+
+
+def _opposing(fit: Fit) -> list[str]:
+    """What an offset against a motion of one direction may be: nothing else distinguishes it from friction."""
+    speed = np.concatenate([np.zeros(1), *(trace.measured_rad_s for trace in fit.traces)])
+    fastest = float(speed[np.argmax(np.abs(speed))])
+    one_way = np.mean(speed[np.abs(speed) > TURNS * abs(fastest)] * fastest > 0) > ONE_WAY
+    least = max(1.96 * fit.offset_standard_error_V, OFFSET * abs(fastest / float(fit.motor.gain)))
+    if not one_way or fit.offset_V * np.sign(fastest) > -least:
+        return []
+    return [
+        "  the offset opposes the motion, which has one direction: it may be Coulomb friction; see jaxmotor diagnose"
+    ]

@@ -8,6 +8,7 @@ from jaxmotor.present._before_after import before_after as before_after
 from jaxmotor.present._bode import bode as bode
 from jaxmotor.present._bode import bode_models as bode_models
 from jaxmotor.present._causes import causes as causes
+from jaxmotor.present._causes import probabilities as probabilities
 from jaxmotor.present._encoder import encoder as encoder
 from jaxmotor.present._fit import residuals as residuals
 from jaxmotor.present._fit import simulation as simulation

@@ -1,4 +1,4 @@
-"""One segment that was not fitted, before and after the model was extended."""
+"""One held-out segment, before and after the model was extended."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -6,25 +6,25 @@ from matplotlib.figure import Figure
 from jaxmotor.diagnosis import Diagnosis
 from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.present._fit import with_gaps
-from jaxmotor.present._style import EXACT, GREY, MEASURED, PAPER, OnAxes, legend_above, panels, styled
+from jaxmotor.present._style import EXACT, GREY, PAPER, SMALL_DOTS, OnAxes, legend_above, panels, styled
 
 MOST_ROWS = 500
 
 
 @styled
 def before_after(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
-    """Measured speed and both motors in free simulation, in the held-out segment that gained most; below, what each
-    leaves over. Shows at most 500 rows, those in which the gain is largest."""
+    """Measured speed and both motors in free simulation, in the held-out segment that gained most; below, the
+    residuals. Shows at most 500 rows, those in which the gain is largest."""
     before, after = best_gain(diagnosis)
     rows = most_gained(before, after, MOST_ROWS)
     time, gap = with_gaps(before.time_s[rows])
     figure, axes = panels(2, 3.7, heights=(3, 2), axes=axes)
     speed, left = axes[:, 0]
-    speed.plot(before.time_s[rows], before.measured_rad_s[rows], label="measured", **_dots())
-    for trace, look, name in ((before, _thin(PAPER), "linear"), (after, _thin(EXACT), "extended")):
+    speed.plot(before.time_s[rows], before.measured_rad_s[rows], label="measured", **SMALL_DOTS)
+    for trace, look, name in ((before, PAPER, "linear"), (after, EXACT, "extended")):
         label = f"{name}, fit {fit_percent((trace,)):.1f} %"
-        speed.plot(time, gap(trace.simulated_rad_s[rows]), label=label, **look)
-        left.plot(time, gap((trace.measured_rad_s - trace.simulated_rad_s)[rows]), **{**look, "linewidth": 0.8})
+        speed.plot(time, gap(trace.simulated_rad_s[rows]), label=label, **(look | {"linewidth": 1.0}))
+        left.plot(time, gap((trace.measured_rad_s - trace.simulated_rad_s)[rows]), **(look | {"linewidth": 0.8}))
     left.axhline(0, color=GREY, linewidth=0.6, zorder=0.5)
     speed.set_ylabel("Speed (rad/s)")
     left.set(xlabel="Time in the segment (s)", ylabel="Measured less\nsimulated (rad/s)")
@@ -35,8 +35,10 @@ def before_after(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
 
 
 def best_gain(diagnosis: Diagnosis) -> tuple[Trace, Trace]:
-    """The traces, linear and extended, of the held-out segment whose mean squared error fell most."""
-    pairs = list(zip(diagnosis.held_out.traces_before, diagnosis.held_out.traces_after, strict=True))
+    """The traces, linear and extended, of the held-out segment whose mean squared error fell most; of the fitted ones
+    where none was held out."""
+    worth = diagnosis.held_out if diagnosis.held_out.traces_before else diagnosis.whole
+    pairs = list(zip(worth.traces_before, worth.traces_after, strict=True))
     gains = [float(np.mean(_gain(*pair))) for pair in pairs]
     return pairs[int(np.argmax(gains))]
 
@@ -54,11 +56,3 @@ def most_gained(before: Trace, after: Trace, most: int) -> slice:
     total = np.concatenate([[0.0], np.cumsum(_gain(before, after))])
     begin = int(np.argmax(total[most:] - total[:-most]))
     return slice(begin, begin + most)
-
-
-def _dots() -> dict:
-    return {**MEASURED, "markersize": 1.8, "markerfacecolor": "#A8A8A8", "color": "#A8A8A8"}
-
-
-def _thin(look: dict) -> dict:
-    return {**look, "linewidth": 1.0}

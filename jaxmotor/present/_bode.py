@@ -1,7 +1,7 @@
 """Measured frequency responses, and the models fitted to them (the paper's Fig. 8 and 9).
 
 A response measured to a thousandth has bands narrower than a printed line: they have a panel of their own, and
-models are told apart by what they leave over, in panels below.
+models are compared by their residuals, in panels below.
 """
 
 from collections.abc import Sequence
@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from jaxmotor._precision import in_float64
 from jaxmotor.estimate import Fit, FrequencyResponse
@@ -38,6 +39,11 @@ from jaxmotor.present._zoh import decibel, degrees
 
 BAND_SE = 1.96
 """Standard errors each way that hold the truth 95 times of 100."""
+SAME_VOLTS = 0.1
+"""Part by which amplitudes that count as the same may differ."""
+MARKERS, FILLS = ("o", "s", "^"), ("none", "#8A8A8A", "#D4D4D4")
+MOST_AMPLITUDES = len(MARKERS)
+"""That are told apart in a figure."""
 DB_PER_RELATIVE = 20 / np.log(10)
 LOOKS: dict[str, tuple[Look, str]] = {
     "exact model": (EXACT, "o"),
@@ -51,17 +57,6 @@ class Band(NamedTuple):
 
     gain_dB: np.ndarray
     phase_deg: np.ndarray
-
-
-class Left(NamedTuple):
-    """What a model leaves of a measurement."""
-
-    label: str
-    gain_dB: np.ndarray
-    phase_deg: np.ndarray
-    band: Band
-    look: Look
-    marker: str
 
 
 def response_band(measured: FrequencyResponse) -> Band:
@@ -84,15 +79,23 @@ def bode(frequency_response: FrequencyResponse, *, axes: OnAxes = None) -> Figur
     measured = in_order(frequency_response)
     frequency, response = np.asarray(measured.frequency_Hz), np.asarray(measured.response)
     band = response_band(measured)
-    _banded(gain, frequency, decibel(response), band.gain_dB)
-    _banded(phase, frequency, degrees(response), band.phase_deg)
+    groups = by_amplitude(measured)
+    _banded(gain, frequency, decibel(response), band.gain_dB, groups)
+    _banded(phase, frequency, degrees(response), band.phase_deg, groups)
     gain.set_ylabel("Gain (dB re 1 rad/s/V)")
     phase.set_ylabel("Phase (degrees)")
-    width.plot(frequency, band.gain_dB, marker="o", markerfacecolor="white", label="gain (dB)", **EXACT)
-    width.plot(frequency, band.phase_deg, marker="s", markerfacecolor="white", label="phase (degrees)", **PAPER)
+    joined = {} if len(groups) == 1 else {"linestyle": "none"}
+    for half, marker, label, look in (
+        (band.gain_dB, "o", "gain (dB)", EXACT),
+        (band.phase_deg, "s", "phase (degrees)", PAPER),
+    ):
+        width.plot(frequency, half, marker=marker, markerfacecolor="white", label=label, **(look | joined))
     width.set(yscale="log", ylabel="95 % half-\nwidth", xlabel="Frequency (Hz)")
+    width.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    width.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    width.yaxis.set_minor_formatter(NullFormatter())
     legend_above(width)
-    legend_above(gain)
+    legend_above(gain, columns=3)
     frequency_axis(width)
     return figure
 
@@ -100,7 +103,7 @@ def bode(frequency_response: FrequencyResponse, *, axes: OnAxes = None) -> Figur
 @styled
 @in_float64
 def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit], *, axes: OnAxes = None) -> Figure:
-    """A measured response with the models of `fits` (one of each kind), and what each leaves over.
+    """A measured response with the models of `fits` (one of each kind), and the residual of each.
 
     A fit by the paper's method is held against what that method reads: the difference to the *previous* count.
     Where there is an exact fit too, the paper's formula is also drawn with the exact motor: what is left then is not
@@ -117,15 +120,18 @@ def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit], *, a
         _draw_points(gain, phase, seen, method)
     for fit in fits:
         _draw_model(gain, phase, readings[fit.method], fit, fine)
-    leftovers = [_left(readings[fit.method], fit.motor, fit.method, name(fit), *LOOKS[name(fit)]) for fit in fits]
+    compared = [(fit.motor, fit.method, name(fit), *LOOKS[name(fit)]) for fit in fits]
     exact = [fit for fit in fits if fit.method == "exact"]
     if exact and "paper" in readings:
-        motor, label = exact[0].motor, "paper model at the exact pole"
-        leftovers.append(_left(readings["paper"], motor, "paper", label, OTHER, "^"))
-    for left in leftovers:
-        look = {**left.look, "marker": left.marker, "markerfacecolor": "white", "linewidth": 0.9, "capsize": 2}
-        gain_left.errorbar(frequency, left.gain_dB, left.band.gain_dB, label=left.label, **look)
-        phase_left.errorbar(frequency, left.phase_deg, left.band.phase_deg, label=left.label, **look)
+        compared.append((exact[0].motor, "paper", "paper model at the exact pole", OTHER, "^"))
+    for motor, method, label, look, marker in compared:
+        seen = readings[method]
+        ratio, band = np.asarray(seen.response) / model_response(seen, motor, method, frequency), response_band(seen)
+        for k, (_, rows) in enumerate(by_amplitude(seen)):
+            drawn = {**look, "marker": marker, "linewidth": 0.9, "capsize": 2, "markerfacecolor": FILLS[k]}
+            drawn["label"] = None if k else label
+            gain_left.errorbar(frequency[rows], decibel(ratio)[rows], band.gain_dB[rows], **drawn)
+            phase_left.errorbar(frequency[rows], degrees(ratio)[rows], band.phase_deg[rows], **drawn)
     for ax in (gain_left, phase_left):
         ax.axhline(0, color=GREY, linewidth=0.6)
     if "paper" in readings:
@@ -134,8 +140,8 @@ def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit], *, a
         phase_left.legend(handles=[line], loc="lower left")
     gain.set_ylabel("Gain\n(dB re 1 rad/s/V)")
     phase.set_ylabel("Phase (degrees)")
-    gain_left.set_ylabel("Gain left\n(dB)")
-    phase_left.set(ylabel="Phase left\n(degrees)", xlabel="Frequency (Hz)")
+    gain_left.set_ylabel("Residual\n(dB)")
+    phase_left.set(ylabel="Residual\n(degrees)", xlabel="Frequency (Hz)")
     legend_above(gain)
     legend_above(gain_left)
     frequency_axis(phase_left)
@@ -151,10 +157,13 @@ def name(fit: Fit) -> str:
 def _draw_points(gain: Axes, phase: Axes, seen: FrequencyResponse, method: str) -> None:
     frequency, response, band = np.asarray(seen.frequency_Hz), np.asarray(seen.response), response_band(seen)
     marker, size = ("s", 5.5) if method == "paper" else ("o", 3)
-    look = {**MEASURED, "marker": marker, "markersize": size, "markerfacecolor": "none"}
+    look = {**MEASURED, "marker": marker, "markersize": size}
     for ax, value, half in ((gain, decibel(response), band.gain_dB), (phase, degrees(response), band.phase_deg)):
-        ax.fill_between(frequency, value - half, value + half, **BAND)
-        ax.plot(frequency, value, label=f"measured, {method} reading", **look)
+        for (amplitude, rows), fill in zip(by_amplitude(seen), FILLS, strict=False):
+            at, middle, around = frequency[rows], value[rows], half[rows]
+            ax.fill_between(at, middle - around, middle + around, **BAND)
+            label = f"measured{amplitude}, {method} reading"
+            ax.plot(at, middle, label=label, **{**look, "markerfacecolor": fill})
 
 
 def _draw_model(gain: Axes, phase: Axes, seen: FrequencyResponse, fit: Fit, fine: np.ndarray) -> None:
@@ -162,14 +171,6 @@ def _draw_model(gain: Axes, phase: Axes, seen: FrequencyResponse, fit: Fit, fine
     look, _ = LOOKS[name(fit)]
     gain.plot(fine, decibel(model), label=name(fit), **look)
     phase.plot(fine, degrees(model), label=name(fit), **look)
-
-
-def _left(
-    seen: FrequencyResponse, motor: AbstractLinearMotor, method: str, label: str, look: Look, marker: str
-) -> Left:
-    """Measured over modelled, in dB and degrees."""
-    ratio = np.asarray(seen.response) / model_response(seen, motor, method, np.asarray(seen.frequency_Hz))
-    return Left(label, decibel(ratio), degrees(ratio), response_band(seen), look, marker)
 
 
 def as_paper_reads(measured: FrequencyResponse, fit: Fit) -> FrequencyResponse:
@@ -206,13 +207,34 @@ def _modelled(seen: FrequencyResponse, motor: AbstractLinearMotor, paper: bool, 
     return seen.of(motor, frequency_Hz)
 
 
+def by_amplitude(measured: FrequencyResponse) -> list[tuple[str, np.ndarray]]:
+    """A name for legends and the rows (n,) of each amplitude; all under no name where it is one, under the range of
+    amplitudes where they are more than `MOST_AMPLITUDES`."""
+    amplitude = np.asarray(measured.amplitude_V, dtype=float)
+    volts = np.sort(amplitude[np.isfinite(amplitude)])[::-1]
+    levels = [one for k, one in enumerate(volts) if k == 0 or one < (1 - SAME_VOLTS) * volts[k - 1]]
+    everything = np.ones(len(amplitude), bool)
+    if len(levels) < 2 or not np.isfinite(amplitude).all():
+        return [("", everything)]
+    if len(levels) > MOST_AMPLITUDES:
+        return [(f" at {volts[-1]:.3g} to {volts[0]:.3g} V", everything)]
+    nearest = np.argmin(np.abs(np.log(amplitude[:, None] / np.array(levels))), axis=1)
+    return [(f" at {level:.3g} V", nearest == k) for k, level in enumerate(levels)]
+
+
 def in_order(measured: FrequencyResponse) -> FrequencyResponse:
     """`measured` as JAX arrays, lowest frequency first."""
     order = np.argsort(np.asarray(measured.frequency_Hz))
     return jax.tree.map(lambda leaf: jnp.asarray(leaf)[order] if np.ndim(leaf) else jnp.asarray(leaf), measured)
 
 
-def _banded(ax: Axes, frequency: np.ndarray, value: np.ndarray, half: np.ndarray) -> None:
-    ax.fill_between(frequency, value - half, value + half, label="95 % band", **BAND)
-    ax.plot(frequency, value, color=BLACK, linewidth=0.6)
-    ax.errorbar(frequency, value, half, label="measured", capsize=2, elinewidth=0.8, **MEASURED)
+def _banded(
+    ax: Axes, frequency: np.ndarray, value: np.ndarray, half: np.ndarray, groups: list[tuple[str, np.ndarray]]
+) -> None:
+    for (name, rows), marker in zip(groups, MARKERS, strict=False):
+        at, middle, around = frequency[rows], value[rows], half[rows]
+        band = None if ax.collections else "95 % band"
+        ax.fill_between(at, middle - around, middle + around, label=band, **BAND)
+        ax.plot(at, middle, color=BLACK, linewidth=0.6)
+        look = {**MEASURED, "marker": marker}
+        ax.errorbar(at, middle, around, label=f"measured{name}", capsize=2, elinewidth=0.8, **look)

@@ -1,63 +1,100 @@
-"""What was named, held against what else it could have been, on data that were not fitted."""
+"""The effects that were named, and their alternatives: chi2 of held-out data, and probabilities."""
+
+import textwrap
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from jaxmotor.diagnosis import Diagnosis
 from jaxmotor.present._style import BLACK, OnAxes, heading, panels, styled
+from jaxmotor.words import named, odds, percent, plainly
 
-LINEAR, NAMED, RIVAL = (
+LINEAR, NAMED, ALTERNATIVE = (
     {"facecolor": "#BDBDBD", "edgecolor": "#6E6E6E"},
     {"facecolor": "#0072B2", "edgecolor": "#0072B2"},
     {"facecolor": "white", "edgecolor": "#D55E00", "hatch": "////"},
 )
+NAME_WIDTH = 34
+"""Characters of a bar's name in one line."""
+
+
+class _Bar(NamedTuple):
+    name: str
+    value: float
+    look: dict[str, str]
+    text: str
 
 
 @styled
 def causes(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
-    """Drift chi2 per sample on held-out segments, of the linear motor, of the extended one, and with a rival in an
-    effect's place: bars from the floor, 1, on a logarithmic axis. A star is a rival that cannot be told apart."""
-    rows = _rows(diagnosis)
-    figure, axes = panels(1, 1.0 + (0.33 if len(diagnosis.effects) > 1 else 0.24) * len(rows), axes=axes)
-    layout = figure.get_layout_engine()
-    assert isinstance(layout, ConstrainedLayoutEngine)
-    layout.set(w_pad=0.12)  # names are wider in print than at the resolution of the layout
-    ax = axes[0, 0]
-    values = np.array([value for _, value, _ in rows])
-    for place, (_, value, look) in enumerate(rows):
-        ax.barh(place, value - 1, left=1.0, height=0.62, linewidth=0.7, **look)
-        ax.plot(value, place, marker="d", markersize=4, color=look["edgecolor"], zorder=5)
-        text = f"{value:.3g}" if value < 1000 else f"{value:.0f}"
-        ax.annotate(text, (max(value, 1.0), place), (5, 0), textcoords="offset points", va="center", fontsize=7)
+    """Drift chi2 per sample on held-out segments, of the linear motor, of the extended one, and with an alternative
+    in an effect's place: bars from the noise, 1, on a logarithmic axis. A star: it cannot be distinguished."""
+    bars = _models(diagnosis)
+    figure, ax = _drawn(bars, 1.0, axes)
+    values = [one.value for one in bars]
     ax.axvline(1.0, color=BLACK, linewidth=0.9)
     ax.set_xscale("log")
-    ax.set_xlim(0.9 * min(values.min(), 1.0), 2.0 * max(values.max(), 1.5))
-    few = values.max() < 50
-    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    ax.set_xlim(0.9 * min(*values, 1.0), 2.0 * max(*values, 1.5))
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if max(values) < 50 else (1.0,)))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.set_yticks(range(len(rows)), [name for name, _, _ in rows], fontsize=7, linespacing=1.05)
-    ax.invert_yaxis()
-    ax.grid(False, axis="y")
-    ax.set_xlabel("Drift, held out (chi2 per sample)")
+    ax.set_xlabel("Drift chi2 per sample of held-out data")
     floor = "the encoder's rounding" if diagnosis.fit.floor_known else "the noise"
-    same = "; * not told apart" if any("*" in name for name, _, _ in rows) else ""
-    heading(axes, f"1 = {floor} alone{same}")
+    same = "; * indistinguishable" if any("*" in one.name for one in bars) else ""
+    heading(np.array([ax]), f"1 = {floor} alone{same}")
     return figure
 
 
-def _rows(diagnosis: Diagnosis) -> list[tuple[str, float, dict[str, str]]]:
-    """Name, value and look of each bar, from above."""
-    worth = diagnosis.held_out
-    rows = [("linear model", worth.drift_before, LINEAR)]
-    if diagnosis.effects:
-        rows.append(("\n+ ".join(found.name for found in diagnosis.effects), worth.drift_after, NAMED))
-    several = len(diagnosis.effects) > 1
+@styled
+def probabilities(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
+    """Probability of each named effect, of the alternatives that fit as well, and of none of these."""
+    bars = [
+        _Bar(textwrap.fill(name, NAME_WIDTH), 100 * share, ALTERNATIVE if k else NAMED, percent(share))
+        for found in diagnosis.effects
+        for k, (name, share) in enumerate(odds(found))
+    ]
+    figure, ax = _drawn(bars, 0.0, axes)
+    for place in [k for k, one in enumerate(bars) if k and one.look is NAMED]:
+        ax.axhline(place - 0.5, color=BLACK, linewidth=0.6)
+    ax.set(xlim=(0, 115), xticks=range(0, 101, 20), xlabel="Probability (%)")
+    return figure
+
+
+def _models(diagnosis: Diagnosis) -> list[_Bar]:
+    """From above."""
+    worth, several = diagnosis.held_out, len(diagnosis.effects) > 1
+    extended = "\n+ ".join(named(found.name) for found in diagnosis.effects)
+    models = [("linear model", worth.drift_before, LINEAR), (extended, worth.drift_after, NAMED)]
     for found in diagnosis.effects:
-        for rival in found.rivals:
-            star = " *" if rival.inseparable else ""
-            name = f"{rival.name}{star}\nfor {found.name}" if several else f"{rival.name}{star}"
-            rows.append((name, worth.drift_after + rival.chi2_excess, RIVAL))
-    return rows
+        place = f"\nfor {named(found.name)}" if several else ""
+        models += [
+            (
+                f"{named(one.name)}{' *' if one.inseparable else ''}{place}",
+                worth.drift_after + one.chi2_excess,
+                ALTERNATIVE,
+            )
+            for one in found.rivals
+        ]
+    return [_Bar(*model, plainly(model[1])) for model in (models if extended else models[:1])]
+
+
+def _drawn(bars: list[_Bar], begin: float, axes: OnAxes) -> tuple[Figure, Axes]:
+    """A row for each bar from `begin`, the first above."""
+    lines = sum(1 + 0.4 * one.name.count("\n") for one in bars)
+    figure, drawn = panels(1, 1.0 + 0.24 * lines, axes=axes)
+    layout = figure.get_layout_engine()
+    if isinstance(layout, ConstrainedLayoutEngine):
+        layout.set(w_pad=0.12)  # names are wider in print than at the resolution of the layout
+    ax = drawn[0, 0]
+    for place, one in enumerate(bars):
+        ax.barh(place, one.value - begin, left=begin, height=0.62, linewidth=0.7, **one.look)
+        end = (max(one.value, begin), place)
+        ax.annotate(one.text, end, (5, 0), textcoords="offset points", va="center", fontsize=7)
+    ax.set_yticks(range(len(bars)), [one.name for one in bars], fontsize=7, linespacing=1.05)
+    ax.set_ylim(len(bars) - 0.4, -0.6)
+    ax.grid(False, axis="y")
+    return figure, ax

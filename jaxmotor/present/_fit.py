@@ -1,5 +1,6 @@
-"""How well a fit describes its recording: simulated beside measured speed, and what is left over."""
+"""How well a fit describes its recording: simulated beside measured speed, and the residual."""
 
+import textwrap
 from collections.abc import Callable
 
 import numpy as np
@@ -13,9 +14,10 @@ from jaxmotor.present._style import (
     BLUE,
     EXACT,
     GREY,
-    MEASURED,
+    LINE,
     OTHER,
     PAPER,
+    SMALL_DOTS,
     Look,
     OnAxes,
     heading,
@@ -48,7 +50,7 @@ def simulation(fit: Fit | OpenLoop, recording: Recording | None = None, *, axes:
     rows = -(-len(chosen) // columns)
     figure, axes = panels(rows, 0.75 + max(1.05 * rows, 1.6), columns=columns, share_x=False, share_y=True, axes=axes)
     for ax, trace in zip(axes.flat, chosen, strict=False):
-        _simulated(ax, trace, recording)
+        _simulated(ax, trace, recording, columns)
     for ax in axes.flat[len(chosen) :]:
         ax.remove()
     for column in range(columns):
@@ -58,7 +60,7 @@ def simulation(fit: Fit | OpenLoop, recording: Recording | None = None, *, axes:
     legend_below(axes, 2)
     some = f", {len(chosen)} shown" if len(chosen) < len(fit.traces) else ""
     number = "1 segment" if len(fit.traces) == 1 else f"{len(fit.traces)} segments"
-    scored = "not fitted" if isinstance(fit, OpenLoop) else "fitted"
+    scored = "held out" if isinstance(fit, OpenLoop) else "fitted"
     were = "was" if len(fit.traces) == 1 else "were"
     score = f"fit {fit_percent(fit.traces):.2f} % in {number} that {were} {scored}"
     heading(axes, score + some)
@@ -67,7 +69,7 @@ def simulation(fit: Fit | OpenLoop, recording: Recording | None = None, *, axes:
 
 @styled
 def residuals(fit: Fit, recording: Recording | None = None, *, axes: OnAxes = None) -> Figure:
-    """What the fit leaves over, against time and as a histogram.
+    """The residual of a fit against time, and as a histogram.
 
     With the `recording` of an encoder residuals are in counts, beside what the encoder alone would give: a difference
     of two rounded positions, whose density is a triangle from -1 to 1. Otherwise they are in rad/s.
@@ -79,13 +81,13 @@ def residuals(fit: Fit, recording: Recording | None = None, *, axes: OnAxes = No
     figure, axes = panels(1, 2.6, columns=2, share_x=False, share_y=True, axes=axes)
     over_time, histogram = axes[0]
     _over_time(over_time, fit.traces, left)
-    over_time.set(xlabel="Running time of the segments (s)", ylabel=f"Left over ({unit})")
+    over_time.set(xlabel="Running time of the segments (s)", ylabel=f"Residual ({unit})")
     limit = max(1.1 * float(np.abs(everything).max()), 1.25 if counts else 1e-12)
     over_time.set_ylim(-limit, limit)
     _histogram(histogram, everything, limit, counts)
     histogram.set_xlabel(f"Density (per {per})")
-    floor = "encoder's" if fit.floor_known else "estimated"
-    text = f"mean square {fit.chi2_per_sample:.3g} times the {floor} floor, {fit.method} fit"
+    floor = "the encoder's" if fit.floor_known else "the estimated noise's"
+    text = f"mean square {fit.chi2_per_sample:.3g} times {floor}, {fit.method} fit"
     heading(axes, text)
     return figure
 
@@ -126,15 +128,15 @@ def _left(trace: Trace) -> np.ndarray:
     return trace.measured_rad_s - trace.simulated_rad_s
 
 
-def _simulated(ax: Axes, trace: Trace, recording: Recording | None) -> None:
+def _simulated(ax: Axes, trace: Trace, recording: Recording | None, columns: int) -> None:
     rows = slice(0, MOST_ROWS)
     time, gap = with_gaps(trace.time_s[rows])
-    dots = {**MEASURED, "markersize": 1.6, "markerfacecolor": "#A8A8A8", "color": "#A8A8A8"}
-    ax.plot(trace.time_s[rows], trace.measured_rad_s[rows], label="measured", **dots)
+    ax.plot(trace.time_s[rows], trace.measured_rad_s[rows], label="measured", **SMALL_DOTS)
     ax.plot(time, gap(trace.simulated_rad_s[rows]), label="simulated", **{**EXACT, "linewidth": 1.0})
     percent = fit_percent((trace,))
     score = f"{percent:.1f} %" if np.isfinite(percent) else "no score"
-    ax.set_title(f"{segment_name(trace, recording)}: {score}", loc="left", fontsize=7.5, pad=3)
+    title = textwrap.fill(f"{segment_name(trace, recording)}: {score}", LINE // columns, break_long_words=False)
+    ax.set_title(title, loc="left", fontsize=7.5, pad=3)
 
 
 def with_gaps(time: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
@@ -167,7 +169,7 @@ def _over_time(ax: Axes, traces: tuple[Trace, ...], left: list[np.ndarray]) -> N
 def _histogram(ax: Axes, values: np.ndarray, limit: float, counts: bool) -> None:
     edges = np.linspace(-limit, limit, 61)
     density, _ = np.histogram(values, edges, density=True)
-    ax.stairs(density, edges, orientation="horizontal", fill=True, label="left over", **BAND)
+    ax.stairs(density, edges, orientation="horizontal", fill=True, label="residual", **BAND)
     ax.stairs(density, edges, orientation="horizontal", color=GREY, linewidth=0.7)
     if counts:
         ax.plot([0, 1, 0], [-1, 0, 1], label="encoder alone", **PAPER)
@@ -177,4 +179,4 @@ def _histogram(ax: Axes, values: np.ndarray, limit: float, counts: bool) -> None
         normal = np.exp(-0.5 * (at / deviation) ** 2) / np.sqrt(2 * np.pi) / deviation
         ax.plot(normal, at, label="normal, same spread", **OTHER)
     ax.set_xlim(left=0)
-    legend_above(ax)
+    legend_above(ax, columns=1)

@@ -11,7 +11,7 @@ from jaxmotor.diagnosis import Diagnosis, extended_model
 from jaxmotor.estimate import Fit, model_to_json, to_json
 from jaxmotor.present._before_after import before_after
 from jaxmotor.present._bode import bode, bode_models
-from jaxmotor.present._causes import causes
+from jaxmotor.present._causes import causes, probabilities
 from jaxmotor.present._fit import residuals, simulation
 from jaxmotor.present._learned import learned
 from jaxmotor.present._missing import missing
@@ -73,7 +73,11 @@ def diagnosis_figures(diagnosis: Diagnosis) -> dict[str, Figure]:
     """The figures that `diagnosis` has the data for, by name."""
     figures = {"missing": missing(diagnosis)} if len(diagnosis.missing.volts) else {}
     if diagnosis.effects:
-        figures |= {"causes": causes(diagnosis), "before-after": before_after(diagnosis)}
+        figures |= {
+            "probabilities": probabilities(diagnosis),
+            "causes": causes(diagnosis),
+            "before-after": before_after(diagnosis),
+        }
     if diagnosis.learned:
         figures["learned"] = learned(diagnosis.learned)
     return figures

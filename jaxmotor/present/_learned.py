@@ -1,4 +1,4 @@
-"""What was learned beyond the named effects: the missing voltage as a curve over each coordinate."""
+"""What was learned beyond the named effects: the residual voltage as a curve over each coordinate."""
 
 import math
 
@@ -18,7 +18,7 @@ OTHER = Look(color=BLACK, linestyle="-", linewidth=0.9)
 def learned(laws: tuple[LearnedLaw, ...], *, axes: OnAxes = None) -> Figure:
     """The curves of `laws`, a panel each, with a band of two standard errors; the best law comes first and is marked.
 
-    A panel's title is the part of what the model leaves over that its curve explains on data it was not fitted to.
+    A panel's title is the part of the residual that its curve explains on held-out data.
 
     **Raises:** `JaxmotorError` where there are none.
     """
@@ -32,7 +32,7 @@ def learned(laws: tuple[LearnedLaw, ...], *, axes: OnAxes = None) -> Figure:
     for ax in axes.flat[len(laws) :]:
         ax.set_axis_off()
     for ax in axes[:, 0]:
-        ax.set_ylabel("Missing voltage (mV)")
+        ax.set_ylabel("Residual voltage (mV)")
     legend_below(axes, 2)
     return figure
 

@@ -1,4 +1,4 @@
-"""The voltage that the model lacks, before and after its extension, against everything it may depend on."""
+"""The residual voltage of the linear and the extended model, against speed, voltage, angle and time."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -28,9 +28,9 @@ COORDINATES = {
 
 @styled
 def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
-    """Missing volts against speed, voltage, shaft angle and time: a dot for each window of 60 ms, and means of 24 bins.
+    """Residual voltage against speed, voltage, shaft angle and time: a dot for each window of 60 ms, means of 24 bins.
 
-    Grey and black is what the linear model lacks, blue what the extended one does. The dashed lines are two standard
+    Grey and black is that of the linear model, blue that of the extended one. The dashed lines are two standard
     deviations of what the encoder's rounding alone gives. A panel's title is the part of the variance that its
     coordinate explains, before and after; of the linear model's variance in both cases.
     """
@@ -45,7 +45,7 @@ def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
             _view(ax, diagnosis.left, coordinate, AFTER, "extended model")
         ax.set_title(_title(diagnosis, coordinate), loc="left")
     for ax in axes[:, 0]:
-        ax.set_ylabel("Missing voltage (mV)")
+        ax.set_ylabel("Residual voltage (mV)")
     legend_below(axes, 3)
     return figure
 

@@ -41,13 +41,13 @@ def population_figure(population: Population, *, axes: OnAxes = None) -> Figure:
 
 def _pair(ax: Axes, population: Population, across: int, up: int) -> None:
     inside = population.distance <= population.threshold
-    points = shown(population, population.estimates)
+    points = sizes(population, population.estimates)
     _bars(ax, population, across, up, inside, color=BLUE, marker="o", label="motors")
     if not inside.all():
         _bars(ax, population, across, up, ~inside, color=VERMILLION, marker="x", label="do not belong")
-    for square, style, label in ((HALF, "-", "50 % and 99.9 % of them"), (NEARLY_ALL, (0, (5, 1.6)), None)):
-        curve = ellipse(population, across, up, square)
-        ax.plot(*curve.T, color=GREY, linestyle=style, linewidth=1.0, label=label)
+    for square, style in ((HALF, "-"), (NEARLY_ALL, (0, (5, 1.6)))):
+        label = "50 % and 99.9 % of them" if square == HALF else None
+        ax.plot(*ellipse(population, across, up, square).T, color=GREY, linestyle=style, linewidth=1.0, label=label)
     index = {motor: k for k, motor in enumerate(population.motors)}
     for outlier in population.outliers[:MOST_NAMED]:
         x, y = points[index[outlier.motor], [across, up]]
@@ -56,7 +56,7 @@ def _pair(ax: Axes, population: Population, across: int, up: int) -> None:
 
 
 def _bars(ax: Axes, population: Population, across: int, up: int, chosen: np.ndarray, **look) -> None:
-    points = shown(population, population.estimates[chosen])
+    points = sizes(population, population.estimates[chosen])
     look |= {"linestyle": "none", "markersize": 3, "markerfacecolor": "none", "markeredgewidth": 0.7}
     if chosen.sum() > MOST_BARS:
         ax.plot(points[:, across], points[:, up], rasterized=True, **look)
@@ -67,25 +67,25 @@ def _bars(ax: Axes, population: Population, across: int, up: int, chosen: np.nda
 
 
 def _sorted(ax: Axes, population: Population) -> None:
-    points = np.sort(shown(population, population.estimates)[:, 0])
+    points = np.sort(sizes(population, population.estimates)[:, 0])
     share = (np.arange(len(points)) + 0.5) / len(points)
     ax.plot(points, 100 * share, color=BLUE, linestyle="none", marker="o", markersize=3, label="motors")
-    ax.axvline(shown(population, population.mean[None])[0, 0], **REFERENCE, label="mean")
+    ax.axvline(sizes(population, population.mean[None])[0, 0], **REFERENCE, label="mean")
     ax.set(xlabel=LABELS[population.names[0]], ylabel="Motors below (%)")
 
 
-def shown(population: Population, values: np.ndarray) -> np.ndarray:
-    """From logarithms to sizes."""
-    sizes = np.array(population.logarithmic)
-    return np.where(sizes, np.exp(np.where(sizes, values, 0.0)), values)
-
-
 def ellipse(population: Population, across: int, up: int, square: float) -> np.ndarray:
-    """(181, 2) of two parameters, in their units, where the squared distance from the mean is `square`."""
+    """(181, 2) points in the parameters' units, at this squared distance from the mean."""
     chosen = [across, up]
     values, vectors = np.linalg.eigh(population.covariance[np.ix_(chosen, chosen)])
     angle = np.linspace(0, 2 * np.pi, 181)
     circle = np.stack([np.cos(angle), np.sin(angle)])
     curve = np.tile(population.mean, (181, 1))
     curve[:, chosen] += (vectors * np.sqrt(square * np.maximum(values, 0.0)) @ circle).T
-    return shown(population, curve)[:, chosen]
+    return sizes(population, curve)[:, chosen]
+
+
+def sizes(population: Population, values: np.ndarray) -> np.ndarray:
+    """From logarithms to sizes."""
+    logs = np.array(population.logarithmic)
+    return np.where(logs, np.exp(np.where(logs, values, 0.0)), values)

@@ -75,7 +75,7 @@ def position_drift(
 
 @styled
 def sine_fit(recording: Recording, segment: int, *, pole_rad_s: float | None = None, axes: OnAxes = None) -> Figure:
-    """Measured speed of the sine `segment` with two fitted sines, and what they leave.
+    """Measured speed of the sine `segment` with two fitted sines, and their residuals.
 
     *Ours* is fitted to the position with offset, drift and, given the pole of the motor [rad/s], the transient; a
     count difference is drawn in the middle of its tick. *The paper's* is A sin(ωt + φ) alone, fitted to the
@@ -102,7 +102,7 @@ def sine_fit(recording: Recording, segment: int, *, pole_rad_s: float | None = N
     left.plot(middle[shown], (measured - ours)[shown], label="ours", **{**DOTS, "color": EXACT["color"]})
     left.plot(middle[shown], (measured - paper)[shown], label="paper's", **{**SQUARES, "color": PAPER["color"]})
     left.axhline(0, color=GREY, linewidth=0.6)
-    left.set(xlabel="Time (s)", ylabel="Left over (rad/s)")
+    left.set(xlabel="Time (s)", ylabel="Residual (rad/s)")
     legend_above(left, columns=3)
     _title(axes, recording, curve)
     return figure
@@ -167,4 +167,4 @@ def _sine_segment(recording: Recording, segment: int) -> Segment:
 def _title(axes: np.ndarray, recording: Recording, curve: SineCurve) -> None:
     motor = recording.header.get("motor")
     text = f"sine of {curve.frequency_Hz:.4g} Hz"
-    heading(axes, text if motor is None else f"{plain(motor)}, {text}")
+    heading(axes, text if motor is None else f"{plain(motor, 150)}, {text}")

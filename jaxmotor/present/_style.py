@@ -5,6 +5,7 @@ apart (Okabe and Ito). Uncertainty is a light fill or a hatched one.
 """
 
 import functools
+import textwrap
 from collections.abc import Callable, Sequence
 from typing import Any, ParamSpec
 
@@ -20,6 +21,8 @@ from jaxmotor._errors import JaxmotorError
 P = ParamSpec("P")
 
 WIDTH_IN = 12 / 2.54
+LINE = 76
+"""Characters across a figure."""
 BLACK, BLUE, VERMILLION, GREEN = "#000000", "#0072B2", "#D55E00", "#009E73"
 PURPLE, GREY = "#AA4499", "#8A8A8A"
 
@@ -61,6 +64,7 @@ Look = dict[str, Any]
 """Of a line, as matplotlib's keywords."""
 
 MEASURED = Look(color=BLACK, linestyle="none", marker="o", markersize=4, markerfacecolor="white")
+SMALL_DOTS = MEASURED | Look(markersize=1.7, markerfacecolor="#A8A8A8", color="#A8A8A8")
 EXACT = Look(color=BLUE, linestyle="-")
 PAPER = Look(color=VERMILLION, linestyle=(0, (5, 1.6)))
 OTHER = Look(color=GREEN, linestyle=(0, (5, 1.4, 1, 1.4)))
@@ -137,6 +141,7 @@ def panels(
 
 def heading(axes: np.ndarray, text: str) -> None:
     """`text` above all panels; above the first where the figure is somebody else's and that has no title."""
+    text = textwrap.fill(text, LINE, break_long_words=False, break_on_hyphens=False)
     if isinstance(axes.flat[0].figure, OwnFigure):
         axes.flat[0].figure.suptitle(text, fontsize=8, x=0.02, ha="left")
     elif not axes.flat[0].get_title(loc="left"):

@@ -163,7 +163,7 @@ def _legend(axes: np.ndarray, title: str) -> None:
     labels = ax.get_legend_handles_labels()[1]
     legend_above(ax, columns=2 if len(labels) == 4 else 3)
     if title:
-        heading(axes, plain(title, 80))
+        heading(axes, plain(title, 150))
 
 
 def _signs(effort: Compared) -> tuple[float, ...]:

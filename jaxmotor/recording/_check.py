@@ -159,13 +159,13 @@ def warn_unknowns(recording: Recording) -> list[str]:
     sentences = []
     if recording.measured == "speed" and recording.speed_window_s is None:
         sentences.append(
-            "it is not known over how long each speed was averaged; state speed_window_s (0 for an instantaneous "
-            "one), or a delay will be seen that the motor does not have"
+            "it is not known over how long each speed was averaged; state speed_window_s (jaxmotor import: "
+            "--speed-window; 0 for an instantaneous one), or a delay will be seen that the motor does not have"
         )
     if recording.supply_V is None:
         sentences.append(
             "the supply voltage is not known, so effects that need it are left out: supply_sag, coast_drive, and "
-            "inputs that are cut off at full duty; state supply_V"
+            "inputs that are cut off at full duty; state supply_V (jaxmotor import: --supply)"
         )
     elif recording.header.get("supply_unknown") is True:
         sentences.append(

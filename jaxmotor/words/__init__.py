@@ -13,7 +13,11 @@ from jaxmotor.words._effects import law as law
 from jaxmotor.words._effects import named as named
 from jaxmotor.words._effects import scaled as scaled
 from jaxmotor.words._effects import sentence as sentence
+from jaxmotor.words._effects import spoken as spoken
 from jaxmotor.words._findings import LOOP as LOOP
+from jaxmotor.words._findings import RPM as RPM
+from jaxmotor.words._findings import either as either
+from jaxmotor.words._findings import equals as equals
 from jaxmotor.words._findings import floor as floor
 from jaxmotor.words._findings import likely as likely
 from jaxmotor.words._findings import looks_like as looks_like
@@ -21,5 +25,8 @@ from jaxmotor.words._findings import loop_of as loop_of
 from jaxmotor.words._findings import may_be as may_be
 from jaxmotor.words._findings import noise_words as noise_words
 from jaxmotor.words._findings import nothing_left as nothing_left
+from jaxmotor.words._findings import odds as odds
 from jaxmotor.words._findings import of_rounding as of_rounding
+from jaxmotor.words._findings import percent as percent
+from jaxmotor.words._findings import scored as scored
 from jaxmotor.words._findings import seen_in as seen_in

@@ -1,12 +1,13 @@
 """Effects and their parameters for people."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from jaxmotor._numbers import with_error
 from jaxmotor.diagnosis import FoundEffect
-from jaxmotor.motor.effects import AbstractEffect, parameters
+from jaxmotor.motor.effects import EFFECTS, AbstractEffect, parameters
 
 FRIENDLY = {
     "V": (1e3, "mV"),
@@ -54,3 +55,8 @@ def capital(text: str) -> str:
 def named(effect: str) -> str:
     """An effect's name as words."""
     return effect.replace("_", " ").replace("coulomb", "Coulomb")
+
+
+def spoken(text: str) -> str:
+    """`text` with the names of effects as words."""
+    return re.sub(r"[a-z]+_[a-z_]+", lambda found: named(found[0]) if found[0] in EFFECTS else found[0], text)

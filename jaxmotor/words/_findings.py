@@ -6,11 +6,16 @@ from collections.abc import Callable
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
 from jaxmotor.estimate import Noise
 from jaxmotor.motor import EFFECTS
+from jaxmotor.recording import ranges
+from jaxmotor.words._effects import named
+
+RPM = 60 / (2 * math.pi)
+"""rpm in one rad/s."""
 
 
 def floor(known: bool) -> str:
-    """What a chi2 per sample of 1 stands for, by whether the floor was known beforehand."""
-    return "the encoder's rounding" if known else "the residual of the best flexible model of this log"
+    """What a chi2 per sample of 1 stands for, by whether the noise was known beforehand."""
+    return "the encoder's rounding" if known else "the noise, estimated from this log"
 
 
 def noise_words(noise: Noise) -> str:
@@ -25,7 +30,7 @@ def noise_words(noise: Noise) -> str:
 
 
 def of_rounding(missing: MissingVolts) -> str:
-    """The part of the missing volts that the encoder makes, after a comma; nothing where that is not known."""
+    """The part of the residual voltage that the encoder makes, after a comma; nothing where that is not known."""
     if not math.isfinite(missing.noise_V):
         return ""
     return f", of which the encoder's rounding makes {1e3 * missing.noise_V:.3g} mV"
@@ -33,45 +38,79 @@ def of_rounding(missing: MissingVolts) -> str:
 
 def nothing_left() -> str:
     """Of a recording that a linear motor describes."""
-    return "nothing that this recording shows: the linear model reaches the floor"
+    return "that is the noise: the linear model explains all that this recording shows"
 
 
 def seen_in(look: Look) -> str:
-    """How much of the missing volts depends on what."""
+    """How much of the residual voltage depends on what."""
     return f"{100 * look.share:.0f} % of that: {look.text} (by chance {100 * max(look.chance, 0.01):.0f} %)"
 
 
 def looks_like(diagnosis: Diagnosis) -> str | None:
-    """What is left over looks like, where no cause is named for it; None where nothing is."""
+    """What the unexplained residual depends on; None where there is none."""
     look = diagnosis.looks_like
     if look is None:
         return None
     if diagnosis.undecided:
-        return f"nothing is left over, but there may be {look.text}"
-    also = "beside that, what is left" if diagnosis.effects else "what is missing"
-    more = "no further cause is named" if diagnosis.effects else "no cause is named"
-    return f"{also} looks like {look.text}; {more}: this says where to look, not why"
+        return f"the residual is no more than noise, but there may be {look.text}"
+    residual = "unexplained residual" if diagnosis.effects else "residual voltage"
+    more = "no further effect" if diagnosis.effects else "no effect"
+    return f"the {residual} looks like {look.text}; {more} is named: this says what it depends on, not why"
 
 
 def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
-    """Which rivals the effect cannot be told from, each called by `name`; None where there are none."""
-    equal = [rival.name for rival in found.rivals if rival.inseparable]
+    """The alternatives that cannot be distinguished from the effect, each called by `name`; None without any."""
+    equal = equals(found)
     wider = [name(rival) for rival in equal if found.name in EFFECTS[rival].contains]
     same = [name(rival) for rival in equal if found.name not in EFFECTS[rival].contains]
     told = []
     if same:
-        told.append(f"may as well be {' or '.join(same)}; this recording cannot tell them apart")
+        told.append(f"may as well be {' or '.join(same)}: indistinguishable in this recording")
     if wider:
-        told.append(f"{' or '.join(wider)}, which contains it, does no better: the recording shows no more than this")
+        told.append(f"the recording shows no need of {' or '.join(wider)}, which contains it")
     return "; ".join(told) if told else None
 
 
 def likely(found: FoundEffect) -> str:
     """The effect's probability, in brackets after its name."""
-    told = f"probability {100 * found.probability:.0f} %"
-    if any(rival.inseparable for rival in found.rivals):
-        told += f", with what it may as well be {100 * found.family_probability:.0f} %"
+    told = f"probability {percent(found.probability)}"
+    if equals(found):
+        told += f", with the alternatives that fit as well {percent(found.family_probability)}"
     return f" ({told})"
+
+
+def odds(found: FoundEffect) -> list[tuple[str, float]]:
+    """Names and probabilities [1]: of the effect, of the alternatives that fit as well, and of none of these."""
+    family = min(found.family_probability, 1.0)
+    own = min(found.probability, family)
+    instead = [(f"{either(equals(found))} instead", family - own)] if equals(found) else []
+    return [(named(found.name), own), *instead, ("none of these", 1 - family)]
+
+
+def equals(found: FoundEffect) -> list[str]:
+    """The alternatives that this recording does not distinguish from the effect."""
+    return [rival.name for rival in found.rivals if rival.inseparable]
+
+
+def either(effects: list[str]) -> str:
+    """Names of effects as words, with an "or" before the last."""
+    *others, last = map(named, effects)
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def percent(share: float) -> str:
+    """A probability [1] in whole percent; never quite none, never quite all."""
+    return "< 1 %" if share < 0.005 else "> 99 %" if share > 0.995 else f"{100 * share:.0f} %"
+
+
+def scored(diagnosis: Diagnosis) -> str:
+    """Which data the scores are of. Where a recording was cut, its segments have other numbers than in its header."""
+    held_out, whole = set(diagnosis.held_out.segments), set(diagnosis.whole.segments)
+    if held_out >= whole:
+        return "all of the estimation data: there are too few to hold any out"
+    if held_out < whole:
+        return f"all of segments {ranges(diagnosis.held_out.segments)}, with the models fitted to the others"
+    return "all of a part of the recording, with the models fitted to the rest"
 
 
 def loop_of(gain: LoopGain) -> str:

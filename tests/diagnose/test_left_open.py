@@ -21,7 +21,9 @@ def test_a_prbs_of_one_amplitude_leaves_a_dead_zone_open():
     assert found.allowed is not None and found.allowed.gain[0] < made.gain < found.allowed.gain[1]
     assert abs(float(found.motor.linear.gain) - made.gain) > 5 * found.standard_error["gain_rad_s_V"]
     told = diagnosis_text(found)
-    assert "nothing is left over, but there may be a dead zone or nothing" in told.replace("\n" + 19 * " ", " ")
+    assert "the residual is no more than noise, but there may be a dead zone or nothing" in told.replace(
+        "\n" + 19 * " ", " "
+    )
     assert "with what the input leaves open: gain" in told and "add steps of a second height" in told
     content = json.loads(json.dumps(to_json(found)))
     assert content["undecided"] and content["open_hypotheses"][0]["decide"] == "add steps of a second height"

@@ -22,7 +22,7 @@ from jaxmotor.motor.effects import EFFECTS, parameters
 from jaxmotor.present import diagnosis_figures, write_diagnosis
 from jaxmotor.present._before_after import best_gain
 from jaxmotor.recording import write
-from jaxmotor.words import sentence
+from jaxmotor.words import named, odds, percent, sentence
 
 STRANGE = "\x1b[31m$\\alpha$ {volts_V} \ud800 {0}" + 90 * "x" + ".csv"
 MOST_LINES = 25
@@ -108,7 +108,7 @@ def test_the_story_names_the_cause_and_what_it_is_worth():
     for part in (
         f"lacks {1e3 * found.missing.rms_V:.3g} mV rms at the motor",
         "a torque that depends on the speed",
-        f"coulomb_friction (probability {100 * found.effects[0].probability:.0f} %",
+        f"coulomb_friction (probability {percent(found.effects[0].probability)}",
         "): dry friction takes",
         f"fit {held_out.before.fit_percent:.3g} % [",
         f"-> {held_out.after.fit_percent:.3g} % [",
@@ -122,8 +122,8 @@ def test_the_story_names_the_cause_and_what_it_is_worth():
 
 def test_what_cannot_be_told_apart_is_said_plainly():
     text = " ".join(diagnosis_text(with_effects("sensor_lag", "cogging")).split())
-    assert "sensor_lag: may as well be transport_delay; this recording cannot tell them apart" in text
-    assert "instead of cogging: " in text
+    assert "sensor_lag: may as well be transport_delay: indistinguishable in this recording" in text
+    assert "alternatives to cogging: " in text
     apart = dataclasses.replace(of("friction")[1], effects=(found_effect("sensor_lag", inseparable=False),))
     assert "may as well" not in diagnosis_text(apart)
 
@@ -135,13 +135,13 @@ def test_what_to_record_next_is_numbered_as_its_file():
 
 def test_without_a_cause_none_is_named():
     text = diagnosis_text(of("late")[1])
-    assert "what is missing looks like a change at t = " in text and "no cause is named" in text
+    assert "the residual voltage looks like a change at t = " in text and "no effect is named" in text
     assert "what to do" not in text and "how sure" not in text
 
 
 def test_with_nothing_wrong_nothing_is_made_of_it():
     text = diagnosis_text(of("clean")[1])
-    assert "the linear model reaches the floor" in text and "more than a linear one" not in text
+    assert "the linear model explains all that this recording shows" in text and "more than a linear one" not in text
 
 
 def test_a_name_does_not_steer_the_terminal():
@@ -155,7 +155,7 @@ def test_a_name_does_not_steer_the_terminal():
 def test_files_are_the_figures_the_model_and_the_plans(tmp_path):
     made, found = proposed()
     names = [path.name for path in write_diagnosis(found, made, tmp_path)]
-    figures = ["made-missing.png", "made-causes.png", "made-before-after.png"]
+    figures = ["made-missing.png", "made-probabilities.png", "made-causes.png", "made-before-after.png"]
     assert names == [*figures, "made-extended.json", "made-next-1.toml"]
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
     assert all((tmp_path / name).stat().st_size > 10_000 for name in figures)
@@ -186,7 +186,7 @@ def test_a_lag_at_its_bound_is_left_out():
 
 def test_figures_are_those_there_are_data_for():
     assert set(of("clean")[1].plot()) == set(diagnosis_figures(of("clean")[1])) == {"missing"}
-    assert set(diagnosis_figures(of("friction")[1])) == {"missing", "causes", "before-after"}
+    assert set(diagnosis_figures(of("friction")[1])) == {"missing", "probabilities", "causes", "before-after"}
 
 
 def test_missing_volts_are_drawn_before_and_after():
@@ -210,8 +210,26 @@ def test_causes_are_bars_from_the_floor():
     assert ends == pytest.approx([worth.drift_before, worth.drift_after, *rivals])
     names = [label.get_text() for label in ax.get_yticklabels()]
     nearest = effect.rivals[0]
-    assert names[:3] == ["linear model", effect.name, f"{nearest.name} *" if nearest.inseparable else nearest.name]
+    assert names[:3] == [
+        "linear model",
+        named(effect.name),
+        named(nearest.name) + (" *" if nearest.inseparable else ""),
+    ]
     assert ax.get_xscale() == "log" and all(patch.get_x() == 1.0 for patch in ax.patches if patch.get_width() > 0)
+
+
+def test_probabilities_are_bars_that_add_up():
+    _, found = of("friction")
+    effects = tuple(dataclasses.replace(found_effect("cogging"), probability=p) for p in (0.8, 0.3))
+    ax = diagnosis_figures(dataclasses.replace(found, effects=effects))["probabilities"].axes[0]
+    own = [(0.8, 0.1, 0.1), (0.3, 0.6, 0.1)]
+    assert [patch.get_width() for patch in ax.patches] == pytest.approx([100 * p for three in own for p in three])
+    names = [label.get_text() for label in ax.get_yticklabels()]
+    assert names[0] == names[3] == "cogging" and names[2] == names[5] == "none of these"
+    assert [name for name, _ in odds(effects[0])][1] == "transport delay instead"
+    assert [percent(p) for p in (0.0, 0.004, 0.5, 0.994, 0.999, 1.0)] == [
+        "< 1 %", "< 1 %", "50 %", "99 %", "> 99 %", "> 99 %",
+    ]  # fmt: skip
 
 
 def test_one_segment_is_drawn_before_and_after():

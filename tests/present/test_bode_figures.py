@@ -74,8 +74,8 @@ def test_models_and_what_they_leave(exact, paper):
     assert labels(figure) == [
         ("", "Gain (dB re 1 rad/s/V)"),
         ("", "Phase (degrees)"),
-        ("", "Gain left (dB)"),
-        ("Frequency (Hz)", "Phase left (degrees)"),
+        ("", "Residual (dB)"),
+        ("Frequency (Hz)", "Residual (degrees)"),
     ]
     gain, phase, _, _ = figure.axes
     for name, function, fit in (

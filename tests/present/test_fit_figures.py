@@ -56,7 +56,7 @@ def test_residuals_are_in_counts(exact, recording):
     figure = residuals(exact, recording)
     check(figure)
     assert labels(figure) == [
-        ("Running time of the segments (s)", "Left over (counts)"),
+        ("Running time of the segments (s)", "Residual (counts)"),
         ("Density (per count)", ""),
     ]
     shown = np.concatenate([points.get_ydata() for points in figure.axes[0].get_lines() if len(points.get_xdata()) > 2])
@@ -79,5 +79,5 @@ def test_the_histogram_is_a_density_beside_the_encoder_s(exact, recording):
 def test_residuals_without_a_recording_are_speeds(paper):
     figure = residuals(paper)
     check(figure)
-    assert figure.axes[0].get_ylabel() == "Left over (rad/s)"
+    assert figure.axes[0].get_ylabel() == "Residual (rad/s)"
     assert "paper fit" in figure.get_suptitle()

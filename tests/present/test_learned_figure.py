@@ -29,7 +29,7 @@ def test_each_law_has_its_panel_and_the_best_is_marked(number):
     figure = learned(LAWS[:number])
     check(figure)
     shown = [ax for ax in figure.axes if ax.axison]
-    assert len(shown) == number and labels(figure)[0] == ("Time in the recording (s)", "Missing voltage (mV)")
+    assert len(shown) == number and labels(figure)[0] == ("Time in the recording (s)", "Residual voltage (mV)")
     assert shown[0].get_title(loc="left") == "Best: 96 % explained\nlike a step at 21.3 s"
     for ax, one in zip(shown, LAWS, strict=False):
         np.testing.assert_allclose(line(ax, "learned").get_ydata(), 1e3 * one.volts)

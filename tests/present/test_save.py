@@ -100,4 +100,4 @@ def test_a_validation_leaves_its_figures(tmp_path, exact, recording):
     model = Model(exact.motor, exact.covariance, 0.0, 0.005, "made.csv", frozenset(), "made.json")
     validation = Validation(model, "made.csv", (0,), (7,), (), open_loop, (), (), 0, 100, ())
     assert [path.name for path in write_validation(validation, recording, tmp_path)] == ["made-open-loop.png"]
-    assert "not fitted" in simulation(open_loop, recording).get_suptitle()
+    assert "held out" in simulation(open_loop, recording).get_suptitle()

@@ -34,7 +34,7 @@ def test_drift_is_the_middle_of_the_oscillation(recording):
 def test_measured_speed_and_both_sines(recording):
     figure = sine_fit(recording, 4, pole_rad_s=POLE)
     check(figure)
-    assert labels(figure) == [("", "Speed (rad/s)"), ("Time (s)", "Left over (rad/s)")]
+    assert labels(figure) == [("", "Speed (rad/s)"), ("Time (s)", "Residual (rad/s)")]
     speed, left = figure.axes
     measured = line(speed, "measured")
     number = len(measured.get_xdata())

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 from figures import check
 from hypothesis import given, settings
@@ -10,8 +11,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from present_rig import AWKWARD
 
+from jaxmotor.cli._text import fit_text
 from jaxmotor.present import position_drift, simulation
 from jaxmotor.present._style import plain
+from jaxmotor.words import spoken, with_bracket
 
 
 @settings(max_examples=30)
@@ -48,3 +51,36 @@ def test_parameters_that_make_no_sense_are_no_trouble(exact, recording, value):
     figure = simulation(exact, mixed)
     check(figure)
     assert figure.axes[0].get_title(loc="left").startswith("closed loop (0): ")
+
+
+def test_an_offset_against_a_motion_of_one_direction_may_be_friction(exact):
+    one_way = tuple(dataclasses.replace(one, measured_rad_s=np.abs(one.measured_rad_s)) for one in exact.traces)
+    back = tuple(dataclasses.replace(one, measured_rad_s=-one.measured_rad_s) for one in one_way)
+    hint = "it may be Coulomb friction; see jaxmotor diagnose"
+    for offset, traces, is_told in (
+        (-0.2, one_way, True),
+        (0.2, back, True),
+        (0.2, one_way, False),
+        (-0.2, exact.traces, False),
+        (-0.001, one_way, False),
+    ):
+        told = fit_text(dataclasses.replace(exact, offset_V=offset, traces=traces), [], [])
+        assert (hint in told) == is_told, (offset, is_told)
+
+
+@pytest.mark.parametrize(
+    ("interval", "shown"),
+    [
+        ((96.7, 90.12, 97.55), "96.7 [90.12, 97.55]"),
+        ((4.06, 4.05832, 4.05841), "4.06 [4.0583, 4.0584]"),
+        ((96.7, 96.7, 96.7), "96.7"),
+        ((96.7, float("nan"), float("nan")), "96.7"),
+    ],
+)
+def test_an_interval_of_no_width_is_none(interval, shown):
+    assert with_bracket(interval) == shown
+
+
+def test_names_of_effects_are_words():
+    text = "a ramp tells coulomb_friction from load_torque, not from some_thing"
+    assert spoken(text) == "a ramp tells Coulomb friction from load torque, not from some_thing"

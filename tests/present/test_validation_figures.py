@@ -85,7 +85,7 @@ def test_step_trials_of_a_validation(segments, label):
     figure = step_trials(StepTrials(segments, 5.1, TIME, *bands_, 95.0, NOTHING, NOTHING))
     check(figure)
     np.testing.assert_array_equal(line(figure.axes[0], label).get_ydata(), SPEED + NOISE)
-    assert "5.1 V" in figure.get_suptitle() and "not fitted" in figure.get_suptitle()
+    assert "5.1 V" in figure.get_suptitle() and "held out" in figure.get_suptitle()
 
 
 @pytest.mark.parametrize("limit", [7.4, np.nan])

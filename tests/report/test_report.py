@@ -2,6 +2,7 @@
 
 import dataclasses
 import hashlib
+import html
 import json
 import re
 
@@ -14,6 +15,7 @@ from report_pages import HOSTILE, Page, check_closed, check_readable, contrast, 
 
 from jaxmotor.cli import main
 from jaxmotor.diagnosis import MissingVolts, to_json
+from jaxmotor.estimate import Allowed, OpenHypothesis
 from jaxmotor.estimate import to_json as fit_json
 from jaxmotor.present import report as reports
 from jaxmotor.present.report import report_page
@@ -105,31 +107,88 @@ def test_says_what_was_hidden(told, page):
     assert float(value) == pytest.approx(0.2, abs=0.02) and shown.endswith(" mV")
     assert float(shown.removesuffix(" mV")) == pytest.approx(1e3 * float(value), abs=0.05)
     words = "".join(page.words)
-    assert diagnosis.effects[0].effect.advice in words and "Rivals of Coulomb friction" in words
+    assert diagnosis.effects[0].effect.advice in words and "Alternatives: chi2 per sample of held-out data" in words
     assert hashlib.sha256(told[1].read_bytes()).hexdigest() in words
+
+
+def first_screen(page):
+    """The words above the contents."""
+    head = re.sub(r"<svg.*?</svg>|<script.*?</script>", "", page.text.partition("<nav")[0], flags=re.S)
+    return html.unescape(" ".join(re.sub(r"<[^>]*>", " ", head.partition("<body")[2]).split()))
+
+
+def test_the_first_screen_is_for_who_built_it(told, page):
+    diagnosis, words = told[0].diagnosis, first_screen(page)
+    linear, [found] = diagnosis.motor.linear, diagnosis.effects
+    gain, pole = float(linear.gain), float(linear.pole)
+    assert "This is a linear motor with Coulomb friction; that explains all that the recording shows." in words
+    number = r"(-?[\d.]+) ± ([\d.]+)"
+    rpm, radians, lag, volts = (
+        re.search(f"{number} {unit}", words) for unit in ("rpm/V", "rad/s/V", "ms until 63 %", "V below 0.2 V it does")
+    )
+    for shown, value, error in (
+        (rpm, gain * 60 / (2 * np.pi), diagnosis.standard_error["gain_rad_s_V"] * 60 / (2 * np.pi)),
+        (radians, gain, diagnosis.standard_error["gain_rad_s_V"]),
+        (lag, 1e3 / pole, 1e3 * diagnosis.standard_error["pole_rad_s"] / pole**2),
+        (volts, found.parameters["volts_V"], found.standard_error["volts_V"]),
+    ):
+        assert float(shown[1]) == pytest.approx(value, rel=1e-4)
+        assert float(shown[2]) == pytest.approx(1.96 * error, rel=0.06)
+    own, family = found.probability, found.family_probability
+    assert f"Coulomb friction {100 * own:.0f} % stiction instead {100 * (family - own):.0f} %" in words
+    assert "none of these < 1 %" in words and found.effect.advice in words
+    for below in ("chi2", "pole", "verdict", "extended:", "volts_V"):
+        assert below not in words, below
+    assert [one["name"] for one in hovers(page)[0]["series"]] == ["measured", "linear", "extended"]
+
+
+def test_the_first_screen_says_no_more_than_is_known(told):
+    """An effect with a likelier alternative, and one that the input leaves open."""
+    diagnosis, [found] = told[0].diagnosis, told[0].diagnosis.effects
+    unsure = dataclasses.replace(diagnosis, effects=(dataclasses.replace(found, probability=0.3),))
+    words = first_screen(Page(report_page(dataclasses.replace(told[0], diagnosis=unsure), "0")))
+    assert "with Coulomb friction or stiction (indistinguishable in this recording)" in words
+    assert "if it is that, below 0.2 V it does not move" in words and "stiction instead 70 %" in words
+    assert f"If it is Coulomb friction: {found.effect.advice}" in words
+    hidden = OpenHypothesis("friction", 0.31, 12.0, 41.0)
+    undecided = dataclasses.replace(
+        diagnosis,
+        effects=(),
+        verdict="unexplained",
+        undecided=True,
+        open_hypotheses=(hidden,),
+        allowed=Allowed((10.0, 12.0), (20.0, 50.0)),
+    )
+    words = first_screen(Page(report_page(dataclasses.replace(told[0], diagnosis=undecided), "0")))
+    assert "but Coulomb friction would not show under this input" in words
+    assert "with what the input leaves open, 95.49 to 114.6 rpm/V and 20 to 50 ms." in words
+    assert "not known: up to 0.31 V would not show" in words and "add steps of a second height" in words
 
 
 def test_plots_show_the_data(told, page):
     panels = hovers(page)
     labels = [panel["y"] for panel in panels]
-    for label in ("Voltage (V)", "Gain (dB re 1 rad/s/V)", "Phase (°)", "Missing (mV)", "Speed (rad/s)"):
+    for label in ("Voltage (V)", "Gain (dB re 1 rad/s/V)", "Phase (°)", "Residual (mV)", "Speed (rad/s)"):
         assert label in labels
     response = told[0].diagnosis.fit.frequency_response
     gain = panels[labels.index("Gain (dB re 1 rad/s/V)")]
-    measured = next(one for one in gain["series"] if one["name"] == "measured")
-    order = np.argsort(response.frequency_Hz)
-    wanted = 20 * np.log10(np.abs(np.asarray(response.response)[order]))
-    assert np.array(measured["value"], float) == pytest.approx(wanted, rel=1e-3)
+    measured = {one["name"]: one for one in gain["series"] if one["name"].startswith("measured")}
+    assert list(measured) == ["measured at 5.1 V", "measured at 2 V"]
     left, top, width, height = gain["box"]
-    assert all(left <= x <= left + width for x in measured["x"])
-    assert all(top <= y <= top + height for y in measured["y"])
-    # Higher gains stand higher.
-    assert (np.argsort(measured["y"]) == np.argsort(-wanted)).all()
+    order, amplitude = np.argsort(response.frequency_Hz), np.asarray(response.amplitude_V)
+    for name, volts in (("measured at 5.1 V", 5.1), ("measured at 2 V", 2.0)):
+        rows = [row for row in order if abs(amplitude[row] / volts - 1) < 0.05]
+        wanted = 20 * np.log10(np.abs(np.asarray(response.response)[rows]))
+        assert np.array(measured[name]["value"], float) == pytest.approx(wanted, rel=1e-3)
+        assert all(left <= x <= left + width for x in measured[name]["x"])
+        assert all(top <= y <= top + height for y in measured[name]["y"])
+        # Higher gains stand higher.
+        assert (np.argsort(measured[name]["y"]) == np.argsort(-wanted)).all()
 
 
 def test_the_extended_motor_answers_sines_as_the_real_one_does(told, page):
     panels = hovers(page)
-    left = next(panel for panel in panels if panel["y"] == "Left (dB)")
+    left = next(panel for panel in panels if panel["y"] == "Residual (dB)")
     linear, extended = (np.array(one["value"], float) for one in left["series"])
     assert np.abs(extended).max() < 0.3 * np.abs(linear).max()
 
@@ -150,7 +209,8 @@ def test_a_linear_motor_without_sines_or_steps(told):
     check_closed(page)
     check_readable(page)
     words = "".join(page.words)
-    assert "Not done: no." in words and "no frequency response" in words and "No cause is needed" in words
+    assert "Not done: no." in words and "no frequency response" in words and "No effect is needed" in words
+    assert "This is a linear motor: its speed follows the voltage in proportion" in words and "none found" in words
 
 
 def imported(folder, runs=3, rows=60):
@@ -175,7 +235,7 @@ def test_uneven_time_stamps_are_said(told, tmp_path):
     diagnosis = dataclasses.replace(
         story.diagnosis,
         fit=dataclasses.replace(story.diagnosis.fit, floor_known=False, frequency_response=None),
-        held_out=dataclasses.replace(story.diagnosis.held_out, segments=(2,), after=after, traces_before=()),
+        held_out=dataclasses.replace(story.diagnosis.held_out, segments=(99,), after=after, traces_before=()),
         missing=empty,
         left=empty,
         adds_up=False,
@@ -198,7 +258,8 @@ def test_unexplained_is_said(told):
     diagnosis = dataclasses.replace(told[0].diagnosis, effects=(), verdict="unexplained")
     page = Page(report_page(dataclasses.replace(told[0], diagnosis=diagnosis), "0"))
     words = "".join(page.words)
-    assert "no cause is named: this says where to look, not why." in words
+    assert "no effect is named: this says what it depends on, not why." in words
+    assert "no effect in the vocabulary explains the rest" in words
     assert diagnosis.looks_like is not None and diagnosis.looks_like.text in words
 
 
@@ -237,11 +298,11 @@ def test_header_is_read_back(told):
 def test_opens_in_a_browser_without_a_request(told, browser, scheme):
     opened = Watched(browser, told[2], color_scheme=scheme)
     assert opened.page.get_by_text(HOSTILE, exact=True).count() == 2
-    # The first panel of the second plot is the gain; near a measured frequency that is what is shown.
+    # The first panel of the third plot is the gain; near a measured frequency that is what is shown.
     [gain] = [panel for panel in hovers(Page(told[2].read_text(encoding="utf-8"))) if panel["y"].startswith("Gain")]
-    measured = next(one for one in gain["series"] if one["name"] == "measured")
-    shown = opened.point_at(1, (measured["x"][3] + 3) / 720, 0.1)
-    assert f"Frequency (Hz): {measured['at'][3]}" in shown and f"measured {measured['value'][3]}" in shown
+    measured = next(one for one in gain["series"] if one["name"] == "measured at 5.1 V")
+    shown = opened.point_at(2, (measured["x"][3] + 3) / 720, 0.1)
+    assert f"Frequency (Hz): {measured['at'][3]}" in shown and f"measured at 5.1 V {measured['value'][3]}" in shown
     assert "linear " in shown
     for width in (1000, 360):
         opened.page.set_viewport_size({"width": width, "height": 900})

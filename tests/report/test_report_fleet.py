@@ -137,7 +137,7 @@ def test_each_motor_has_its_cause_and_text_stays_text(diagnosed):
     volts = json.loads(diagnosed_rows()[7]["effect_parameters"])["coulomb_friction"]["volts_V"]
     told = f"Coulomb friction {1e3 * volts:.0f} ± {1.96e3 * ERROR:.0f} mV"
     assert words.count(told) == 2, "in the table of all motors, and where motor 7 does not belong"
-    assert f"what is left looks like a load from t = 41 s on {HOSTILE}" in words
+    assert f"the residual looks like a load from t = 41 s on {HOSTILE}" in words
     assert "a law <b>of tomorrow" in words and "m38: </td> its ticks are too few" in words
     assert "dead zone" in words
     # Who could not be identified may be diagnosed: it may say why.
@@ -184,7 +184,7 @@ def test_intervals_stay_in_their_plot(tmp_path, error):
     ends = np.array([[float(a), float(b)] for a, b in re.findall(r"M\S+ (\S+?)V([^M]+)", drawn)])
     [top, height] = json.loads(re.search(r'"box":\s*\[[^,]*,([^,]*),[^,]*,([^\]]*)\]', text).expand(r"[\1,\2]"))
     assert len(ends) == 39 and ends.min() >= top - 0.1 and ends.max() <= top + height + 0.1
-    dots = np.array([float(y) for y in re.findall(r"M\S+ (\S+?)h0", text)])
+    dots = np.array([float(y) for y in re.findall(r"M\S+ (\S+?)h\.01", text)])
     assert np.ptp(dots) > 0.2 * height
 
 

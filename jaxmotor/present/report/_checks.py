@@ -1,4 +1,4 @@
-"""Steps and closed loops that the linear motor was not fitted to: predicted beside measured."""
+"""Held-out steps and closed loops: predicted beside measured."""
 
 import numpy as np
 
@@ -12,8 +12,17 @@ from jaxmotor.validation import Band, ClosedLoop, Comparison, StepTrials
 from jaxmotor.words import with_bracket
 
 MOST = 2
-"""Steps, and closed loops, that are drawn at once; the others are a click away."""
+"""Steps, and closed loops, that are drawn at once; the others are folded."""
 MOST_ROWS = 600
+NUMBERS = (
+    ("rise time (ms)", "rise_time_s", 1e3),
+    ("final speed (rad/s)", "final_speed_rad_s", 1.0),
+    ("overshoot (%)", "overshoot_percent", 1.0),
+    ("steady speed (rad/s)", "steady_speed_rad_s", 1.0),
+    ("steady error (rad/s)", "steady_error_rad_s", 1.0),
+    ("saturated (% of ticks)", "saturated_percent", 1.0),
+)
+"""Of a step or a closed loop: name, attribute and factor."""
 
 
 def checks_section(story: Story) -> Content:
@@ -22,16 +31,16 @@ def checks_section(story: Story) -> Content:
     if validation is None:
         return paragraph(f"Not done: {story.not_validated}.")
     text = (
-        "The linear motor, identified once more without the runs below, against these runs: steps in open loop, and "
-        "speed controllers simulated from the header's gains. Bands hold 95 of 100 runs of the prediction. Where "
-        "causes were named above, the linear motor is expected to miss here."
+        "The linear motor, identified without the segments below, predicts them: steps in open loop, and speed "
+        "controllers with the header's gains. Bands are 95 % intervals of the prediction. Where effects were named "
+        "above, the linear motor is expected to fail here."
     )
     content: list[Content] = [paragraph(text)]
     if validation.open_loop is not None:
         score = validation.open_loop.pooled
         fit = _percent(score.fit_percent, "open_loop.pooled.fit_percent")
         chi2 = f", chi2 {score.chi2_per_sample:.3g} per sample."
-        content.append(paragraph("Open loop, all such runs together: fit ", fit, chi2))
+        content.append(paragraph("Open loop, all these segments together: fit ", fit, chi2))
     drawn: list[Content] = [_steps(k, steps) for k, steps in enumerate(validation.steps)]
     loops: list[Content] = [_loop(k, loop) for k, loop in enumerate(validation.closed_loop)]
     for title, items in (("steps", drawn), ("closed loops", loops)):
@@ -45,21 +54,11 @@ def _steps(place: int, steps: StepTrials) -> Html:
     title = f"Step to {steps.amplitude_V:.3g} V"
     trials = f"mean of {steps.trials} trials" if steps.trials > 1 else "one trial"
     inside = _percent(steps.inside_percent, f"steps.{place}.inside_percent")
-    runs = f"Segment{'s' if steps.trials > 1 else ''} {ranges(steps.segments)}, {trials}"
-    which = f"{runs}: the model's speed is inside the measured band in "
+    segments = f"Segment{'s' if steps.trials > 1 else ''} {ranges(steps.segments)}, {trials}"
+    said = paragraph(f"{segments}: the model's speed is inside the measured band in ", inside, " of the rows.")
     panel = _panel(steps.time_s, steps.measured.mean, steps.measured, steps.predicted, "Speed (rad/s)")
-    alt = f"{title}: measured and predicted speed, {trials}"
-    rows = [
-        _compared("rise time (ms)", steps.rise_time_s, 1e3),
-        _compared("final speed (rad/s)", steps.final_speed_rad_s, 1.0),
-    ]
-    return element(
-        "div",
-        element("h3", title),
-        paragraph(which, inside, " of the rows."),
-        figure(plot([panel], alt=alt), "Measured with its 95 % band, and predicted.", _key()),
-        table(f"{title}: measured and predicted, with 95 % intervals", ("", "measured", "predicted", ""), rows),
-    )
+    drawing = figure(plot([panel], alt=f"{title}: measured and predicted speed, {trials}"), "Speed.", _key(panel))
+    return _block(title, said, drawing, steps)
 
 
 def _loop(place: int, loop: ClosedLoop) -> Html:
@@ -73,23 +72,23 @@ def _loop(place: int, loop: ClosedLoop) -> Html:
     inside = _percent(loop.speed_inside_percent, f"closed_loop.{place}.speed_inside_percent")
     effort = _percent(loop.volts_inside_percent, f"closed_loop.{place}.volts_inside_percent")
     which = f"Reference {loop.reference_rad_s:.4g} rad/s. Measured inside the predicted band: speed in "
-    caption = "Speed above (dotted: the reference), voltage below."
-    rows = [
-        _compared("rise time (ms)", loop.rise_time_s, 1e3),
-        _compared("overshoot (%)", loop.overshoot_percent, 1.0),
-        _compared("steady speed (rad/s)", loop.steady_speed_rad_s, 1.0),
-        _compared("steady error (rad/s)", loop.steady_error_rad_s, 1.0),
-        _compared("saturated (% of ticks)", loop.saturated_percent, 1.0),
-    ]
+    said = paragraph(which, inside, ", voltage in ", effort, " of the ticks.")
     alt = f"{title}: measured and predicted speed and voltage, reference {loop.reference_rad_s:.4g} rad/s"
-    return element(
-        "div",
-        element("h3", title),
-        paragraph(which, inside, ", voltage in ", effort, " of the ticks."),
-        figure(plot([speed, volts], alt=alt, shared=True), caption, _key()),
-        table("Measured and predicted, with 95 % intervals", ("", "measured", "predicted", ""), rows),
-        [paragraph(note, class_="quiet") for note in loop.notes],
-    )
+    caption = "Speed above (dotted: the reference), voltage below."
+    drawing = figure(plot([speed, volts], alt=alt, shared=True), caption, _key(speed))
+    return _block(title, said, drawing, loop, [paragraph(note, class_="quiet") for note in loop.notes])
+
+
+def _block(title: str, said: Html, drawing: Html, found: StepTrials | ClosedLoop, notes: Content = None) -> Html:
+    """What is said and drawn of a step or a loop, and a table of its numbers."""
+    rows = [
+        _compared(name, getattr(found, attribute), factor)
+        for name, attribute, factor in NUMBERS
+        if hasattr(found, attribute)
+    ]
+    caption = f"{title}: measured and predicted, with 95 % intervals"
+    head = ("", "measured", "predicted", "")
+    return element("div", element("h3", title), said, drawing, table(caption, head, rows), notes)
 
 
 def _panel(
@@ -107,15 +106,12 @@ def _panel(
     return Panel(Scale.of(time, "Time (s)", margin=0.01), Scale.of(values, label), marks, height)
 
 
-def _key() -> Html:
-    return legend(
-        [
-            ("dot ink", "measured"),
-            ("grey", "its 95 % band, where it has one"),
-            ("blue curve", "predicted"),
-            ("band", "95 % of the prediction"),
-        ]
-    )
+def _key(panel: Panel) -> Html:
+    """Of what is drawn in the panel."""
+    around = [("grey", "95 % band of the measurement")] if any(mark.look == "grey" for mark in panel.marks) else []
+    known = np.isfinite(panel.marks[0].y).any()
+    predicted = [("blue curve", "predicted"), *([("band", "95 % band of the prediction")] if known else [])]
+    return legend([("dot ink", "measured"), *around, *predicted])
 
 
 def _percent(value: float, key: str) -> Html:

@@ -24,7 +24,7 @@ class Diagnosed(NamedTuple):
 
     verdict: str
     effects: tuple[str, ...]
-    """In the order of what they are worth."""
+    """The largest held-out gain first."""
     sizes: Sizes
     """Parameters by effect [SI]."""
     errors: Sizes
@@ -34,10 +34,10 @@ class Diagnosed(NamedTuple):
 
     @property
     def told(self) -> str:
-        """Its causes with their sizes, or what is left over looks like; nothing where the motor is linear."""
+        """Its effects with their sizes, or what the residual looks like; nothing where the motor is linear."""
         causes = [self._told(name) for name in self.effects]
         if self.looks_like is not None:
-            causes.append(f"what is left looks like {self.looks_like}")
+            causes.append(f"the residual looks like {self.looks_like}")
         if self.left_open is not None:
             causes.append(f"left open: {self.left_open}")
         return "; ".join(causes)
@@ -72,7 +72,7 @@ def causes_section(rows: Sequence[dict[str, Any]]) -> Content:
         paragraph(text),
         table("What came of it", ("verdict", "effects", "motors"), counts) if counts else None,
         _effects(found),
-        _folded("What is left over looks like, motor by motor", ("motor", "looks like"), strange),
+        _folded("What the unexplained residual looks like, motor by motor", ("motor", "looks like"), strange),
         _folded("Motors that could not be diagnosed", ("motor", "why"), problems),
     ]
 

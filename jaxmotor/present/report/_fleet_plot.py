@@ -3,7 +3,7 @@
 import numpy as np
 
 from jaxmotor.fleet import Population
-from jaxmotor.present._population import HALF, LABELS, NEARLY_ALL, ellipse, shown
+from jaxmotor.present._population import HALF, LABELS, NEARLY_ALL, ellipse, sizes
 from jaxmotor.present.report._html import Html
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Mark, Panel, bars, dots, legend, line, plot
@@ -19,13 +19,13 @@ def population_plot(population: Population) -> Html:
     outside = len(population.outliers)
     alt = f"{len(population.motors)} motors, gain against the other parameters; {outside} do not belong."
     key = legend(
-        [("dot blue", "motors, ± 95 %"), ("dot red", "do not belong"), ("grey", "50 % and 99.9 % of the kind")]
+        [("dot blue", "motors, ± 95 %"), ("dot red square", "do not belong"), ("grey", "50 % and 99.9 % of the kind")]
     )
     return figure(plot(panels, alt=alt), "Each dot is a motor.", key)
 
 
 def _pair(population: Population, up: int) -> Panel:
-    points, chosen = shown(population, population.estimates), [0, up]
+    points, chosen = sizes(population, population.estimates), [0, up]
     outside = population.distance > population.threshold
     drawn = np.flatnonzero(outside | (np.arange(len(points)) % (1 + len(points) // MOST_DRAWN) == 0))
     marks: list[Mark] = []
@@ -41,7 +41,7 @@ def _pair(population: Population, up: int) -> Panel:
         values += [np.stack([points[:, 0], end], axis=1) for end in ends]
     for rows, look, name in (
         (drawn[~outside[drawn]], "dot blue", "motor"),
-        (drawn[outside[drawn]], "dot red", "does not belong:"),
+        (drawn[outside[drawn]], "dot red square", "does not belong:"),
     ):
         labels = [f"{points[k, 0]:.4g}, {population.motors[k][:60]}" for k in rows]
         marks.append(dots(points[rows, 0], points[rows, up], look, name, labels))

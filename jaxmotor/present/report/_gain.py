@@ -1,7 +1,6 @@
-"""The extended motor with its intervals, and what it is worth on runs that were not fitted."""
+"""The extended motor with its intervals, and how well both motors predict held-out segments."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -10,83 +9,55 @@ from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.motor.effects import parameters
 from jaxmotor.present._before_after import best_gain, most_gained
 from jaxmotor.present._fit import with_gaps
-from jaxmotor.present.report._html import Content, Html, details, number, paragraph, table
+from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Panel, dots, legend, level, line, plot
 from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
-from jaxmotor.recording import Recording, ranges
-from jaxmotor.words import LOOP, as_known, between, bracket, capital, floor, loop_of, named, plainly, scaled
+from jaxmotor.recording import Recording
+from jaxmotor.words import LOOP, as_known, between, bracket, capital, floor, loop_of, named, plainly, scaled, scored
 
 MOST_ROWS = 500
 MOST_LOOPS = 2
 MOST_SEGMENTS = 200
 LINEAR = {
-    "gain_rad_s_V": ("gain", 1.0, "rad/s/V"),
-    "pole_rad_s": ("pole", 1.0, "rad/s"),
-    "electrical_time_constant_s": ("electrical time constant", 1e3, "ms"),
-    "viscous_share": ("viscous share", 1e2, "%"),
+    "gain_rad_s_V": ("gain", "gain", 1.0, "rad/s/V", -math.inf),
+    "pole_rad_s": ("pole", "pole", 1.0, "rad/s", -math.inf),
+    "electrical_time_constant_s": ("electrical time constant", "electrical_time_constant", 1e3, "ms", 1e-7),
+    "viscous_share": ("viscous share", "viscous_share", 1e2, "%", 0.0),
 }
-"""Names of the linear part's parameters, and factor and unit for people."""
-ATTRIBUTES = {
-    "gain_rad_s_V": "gain",
-    "pole_rad_s": "pole",
-    "electrical_time_constant_s": "electrical_time_constant",
-    "viscous_share": "viscous_share",
-}
-SMALLEST = {"electrical_time_constant_s": 1e-7, "viscous_share": 0.0}
-"""At which a part is not there."""
-
-
-class _Part(NamedTuple):
-    """One parameter of a linear motor, in its unit of `LINEAR`."""
-
-    value: float
-    error: float
-    key: str
-
-    def cells(self, name: str) -> list[Content]:
-        """Value and interval."""
-        _, factor, unit = LINEAR[self.key]
-        if not self.value and not math.isfinite(self.error):
-            return ["not fitted", ""]
-        value, error = factor * self.value, factor * self.error
-        return [number(self.value, f"{name}.{self.key}", as_known(value, error, unit)), between(value, error, unit)]
+"""Name, attribute, factor and unit for people of the linear part's parameters, and the value of one that is absent."""
 
 
 def model_section(story: Story) -> Content:
     """The linear motor and the extended one, parameter by parameter."""
     diagnosis = story.diagnosis
     rows = []
-    for key, (name, _, _) in LINEAR.items():
-        alone, beside = _alone(diagnosis, key), _beside(diagnosis, key)
-        if max(alone.value, beside.value) <= SMALLEST.get(key, -math.inf):
-            continue
-        rows.append([name, *alone.cells("fit"), *(beside.cells("model") if diagnosis.effects else [])])
+    for key, (name, attribute, _, _, none) in LINEAR.items():
+        motor = diagnosis.motor if key == "viscous_share" else diagnosis.motor.linear
+        alone, beside = (float(getattr(one, attribute, 0.0)) for one in (diagnosis.fit.motor, motor))
+        if max(alone, beside) > none:
+            error = float(getattr(diagnosis.fit.standard_error, attribute, math.nan))
+            extended = _cells("model", key, beside, diagnosis.standard_error.get(key, math.nan))
+            rows.append([name, *_cells("fit", key, alone, error), *(extended if diagnosis.effects else [])])
     head = ["", "linear motor", "95 % interval"]
     if not diagnosis.effects:
-        return table("The linear motor, which is all that is known", head, rows)
+        return table("The linear motor", head, rows)
     rows += _effects(diagnosis)
     text = (
-        "Fitted to the whole recording. Gain and pole of the linear motor alone make up for what it lacks, so they "
-        "depend on the experiment; those of the extended motor do so less."
+        "Fitted to the whole recording. Gain and pole of the linear motor alone compensate for the effects that it "
+        "lacks, so they depend on the experiment; those of the extended motor depend on it less."
     )
     return [paragraph(text), table("Both motors", [*head, "extended motor", "95 % interval"], rows)]
 
 
-def _alone(diagnosis: Diagnosis, key: str) -> _Part:
-    """Of the linear motor as it was identified."""
-    fit, name = diagnosis.fit, ATTRIBUTES[key]
-    if not hasattr(fit.motor, name):
-        return _Part(0.0, float("nan"), key)
-    return _Part(float(getattr(fit.motor, name)), float(getattr(fit.standard_error, name)), key)
-
-
-def _beside(diagnosis: Diagnosis, key: str) -> _Part:
-    """Of the extended motor's linear part."""
-    motor = diagnosis.motor
-    value = float(getattr(motor if key == "viscous_share" else motor.linear, ATTRIBUTES[key], 0.0))
-    return _Part(value, diagnosis.standard_error.get(key, float("nan")), key)
+def _cells(motor: str, key: str, value: float, error: float) -> list[Content]:
+    """Value and interval."""
+    _, _, factor, unit, _ = LINEAR[key]
+    if not value and not math.isfinite(error):
+        return ["not fitted", ""]
+    known = factor * value, factor * error, unit
+    return [number(value, f"{motor}.{key}", as_known(*known)), between(*known)]
 
 
 def _effects(diagnosis: Diagnosis) -> list[list[Content]]:
@@ -101,13 +72,15 @@ def _effects(diagnosis: Diagnosis) -> list[list[Content]]:
 
 
 def gain_section(story: Story) -> Content:
-    """Scores before and after, a run in which the gain shows most, and each held-out run."""
+    """The verdict, scores of both motors, each held-out segment, and closed loops."""
     diagnosis = story.diagnosis
-    scored = _scored(diagnosis)
-    content: list[Content] = [paragraph(scored), _scores(diagnosis)]
+    verdict = element("strong", diagnosis.verdict, id="verdict")
+    content: list[Content] = [
+        paragraph("Verdict: ", verdict, f". The scores are of {scored(diagnosis)}."),
+        _scores(diagnosis),
+    ]
     if diagnosis.held_out.traces_before:
-        content.append(_traces(diagnosis, story.recording))
-        content.append(details("Each run that was not fitted", _runs(diagnosis, story.recording)))
+        content.append(details("Each held-out segment", _runs(diagnosis, story.recording)))
     return content + [_loop(place, gain, diagnosis) for place, gain in enumerate(diagnosis.closed_loop[:MOST_LOOPS])]
 
 
@@ -123,7 +96,7 @@ def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
         for when, value in (("before", one), ("after", other))[: 2 if extended else 1]:
             predicted = value if name == "rmse_rad_s" else value.predicted
             limits = tuple(factor * number for number in predicted)
-            row.append([number(predicted.value, f"{key}_{when}", plainly(limits[0])), f" {bracket(limits)}"])
+            row.append([number(predicted.value, f"{key}_{when}", plainly(limits[0])), bracket(limits)])
         rows.append(row)
     head = ["", "measured", "linear", *(["extended"] if extended else [])]
     measured = dots(before.time_s, before.measured_speed_rad_s, "dot small ink", "measured")
@@ -135,69 +108,42 @@ def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
     caption = capital(loop_of(gain))
     key = legend([("dot ink", "measured"), ("red curve", "linear"), *([("blue curve", "extended")] * extended)])
     picture = figure(plot([Panel(across, speeds, marks)], alt=f"Speed in the {loop_of(gain)}"), caption, key)
-    return [picture, table("The controller of the header on both motors, in brackets where 95 % lie", head, rows)]
-
-
-def _scored(diagnosis: Diagnosis) -> str:
-    held_out, whole = set(diagnosis.held_out.segments), set(diagnosis.whole.segments)
-    if held_out >= whole:
-        return "There are too few runs to hold any out: these scores are of the data that were fitted."
-    if held_out < whole:
-        segments = f"segment{'s' if len(held_out) > 1 else ''} {ranges(diagnosis.held_out.segments)}"
-        return f"Both motors were fitted anew without {segments}, and simulated there."
-    return "Both motors were fitted anew without a third of the recording, and simulated there."
-
-
-class _Line(NamedTuple):
-    name: str
-    key: str
-    before: float
-    after: float
-    about: tuple[str, ...]
+    return [picture, table("The header's controller on both motors, with 95 % intervals", head, rows)]
 
 
 def _scores(diagnosis: Diagnosis) -> Content:
-    caption = "Not fitted: free simulation under the voltage that was logged"
+    caption = "Held-out data: free simulation under the logged voltage"
     held_out = _score_table(caption, "held_out", diagnosis.held_out, diagnosis)
-    whole = _score_table("Fitted to everything, and scored on everything", "whole", diagnosis.whole, diagnosis)
+    whole = _score_table("Fitted to all segments, and scored on all", "whole", diagnosis.whole, diagnosis)
     return [held_out, details("The same on the whole recording", whole)]
 
 
 def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> Html:
-    before, after = worth.before, worth.after
-    intervals = worth.before_intervals, worth.after_intervals
-    fit, chi2, rmse = (
-        tuple(f" {bracket(getattr(known, name))}" for known in intervals)
-        for name in ("fit_percent", "chi2_per_sample", "rmse_rad_s")
-    )
-    one = floor(diagnosis.fit.floor_known)
-    # Without counts residuals are not added up, and the drift is chi2 again.
-    drifts = diagnosis.fit.floor_known
-    lines = [
-        _Line("fit (%)", "fit_percent", before.fit_percent, after.fit_percent, fit),
-        _Line(f"chi2 per sample (1 = {one})", "chi2", before.chi2_per_sample, after.chi2_per_sample, chi2),
-        *([_Line("drift chi2 per sample", "drift_chi2", worth.drift_before, worth.drift_after, ("", ""))] * drifts),
-        _Line("RMSE (rad/s)", "rmse_rad_s", before.rmse_rad_s, after.rmse_rad_s, rmse),
-        _Line("RMSE (counts)", "rmse_counts", before.rmse_counts, after.rmse_counts, ("", "")),
-    ]
-    extended = bool(diagnosis.effects)
+    scores = {
+        "fit_percent": ("fit (%)", "fit_percent"),
+        "chi2": (f"chi2 per sample (1 = {floor(diagnosis.fit.floor_known)})", "chi2_per_sample"),
+        "drift_chi2": ("drift chi2 per sample", ""),
+        "rmse_rad_s": ("RMSE (rad/s)", "rmse_rad_s"),
+        "rmse_counts": ("RMSE (counts)", "rmse_counts"),
+    }
+    if not diagnosis.fit.floor_known:
+        # Without counts residuals are not summed over ticks, and the drift is chi2 again.
+        del scores["drift_chi2"], scores["rmse_counts"]
+    whens = ("before", "after")[: 2 if diagnosis.effects else 1]
     rows = []
-    for one in lines:
-        row: list[Content] = [
-            one.name,
-            [number(one.before, f"{key}.{one.key}_before", _figures(one.before)), one.about[0]],
-        ]
-        if extended:
-            row.append([number(one.after, f"{key}.{one.key}_after", _figures(one.after)), one.about[1]])
+    for name, (title, attribute) in scores.items():
+        row: list[Content] = [title]
+        for when in whens:
+            value = getattr(getattr(worth, when), attribute) if attribute else getattr(worth, f"drift_{when}")
+            interval = getattr(getattr(worth, f"{when}_intervals"), attribute, None)
+            shown = number(value, f"{key}.{name}_{when}", plainly(value, 4))
+            row.append([shown, "" if interval is None else bracket(interval)])
         rows.append(row)
-    return table(caption, ["", "linear", *(["extended"] if extended else [])], rows)
+    return table(caption, ["", *("linear", "extended")[: len(whens)]], rows)
 
 
-def _figures(value: float) -> str:
-    return plainly(value, 4)
-
-
-def _traces(diagnosis: Diagnosis, recording: Recording) -> Html:
+def traces(diagnosis: Diagnosis, recording: Recording) -> Html:
+    """Measured speed and both motors in the segment in which the extension shows most."""
     before, after = best_gain(diagnosis)
     rows = most_gained(before, after, MOST_ROWS)
     time, gap = with_gaps(before.time_s[rows])
@@ -208,19 +154,18 @@ def _traces(diagnosis: Diagnosis, recording: Recording) -> Html:
     for name, trace, look in pairs:
         simulated = gap(trace.simulated_rad_s[rows])
         speed.append(line(time, simulated, look, name))
-        left.append(line(time, gap(measured) - simulated, look, f"{name} leaves"))
+        left.append(line(time, gap(measured) - simulated, look, name))
     across = Scale.of(before.time_s[rows], "Time in the segment (s)", margin=0.01)
     speeds = Scale.of(np.concatenate([mark.y for mark in speed]), "Speed (rad/s)")
-    errors = Scale.of(np.concatenate([mark.y for mark in left]), "Left (rad/s)")
-    panels = [Panel(across, speeds, speed), Panel(across, errors, [level(across, 0.0), *left], height=110.0)]
+    errors = Scale.of(np.concatenate([mark.y for mark in left]), "Residual")
+    panels = [Panel(across, speeds, speed, 110.0), Panel(across, errors, [level(across, 0.0), *left], height=70.0)]
     kind = _kind(diagnosis, recording, before)
-    scores = " and ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace, _ in pairs)
-    alt = f"Measured and simulated speed in {kind} that was not fitted, and what is left over; fit {scores}."
+    scores = ", ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace, _ in pairs)
+    held_out = "held out" if diagnosis.held_out.traces_before else "fitted"
+    which = "Where the effects improve it most" if diagnosis.effects else "Shown"
+    text = f"{which}: {kind}, {held_out}; fit {scores}. Below, the residual (measured minus simulated)."
     key = legend([("dot ink", "measured"), *((look, name) for name, _, look in pairs)])
-    caption = f"The run that gained most, {kind}: fit {scores}. Below, measured less simulated."
-    if not diagnosis.effects:
-        caption = f"A run that was not fitted, {kind}: fit {scores}. Below, measured less simulated."
-    return figure(plot(panels, alt=alt, shared=True), caption, key)
+    return figure(plot(panels, alt=f"Measured and simulated speed. {text}", shared=True), text, key)
 
 
 def _kind(diagnosis: Diagnosis, recording: Recording, trace: Trace) -> str:
@@ -228,7 +173,7 @@ def _kind(diagnosis: Diagnosis, recording: Recording, trace: Trace) -> str:
     if not set(diagnosis.held_out.segments) <= set(diagnosis.whole.segments):
         return "a part of the recording"
     kind = recording.segments[trace.segment].kind
-    return f"a {'run' if kind == 'other' else named(kind)} (segment {trace.segment})"
+    return f"a {'segment' if kind == 'other' else named(kind)} (segment {trace.segment})"
 
 
 def _runs(diagnosis: Diagnosis, recording: Recording) -> Content:
@@ -238,5 +183,5 @@ def _runs(diagnosis: Diagnosis, recording: Recording) -> Content:
         kind = _kind(diagnosis, recording, before)
         cells = [f"{fit_percent((trace,)):.2f}" for trace in (before, after)]
         rows.append((kind, *cells[: 2 if diagnosis.effects else 1]))
-    head = ("run", "linear, fit (%)", *(["extended, fit (%)"] if diagnosis.effects else []))
-    return table("Free simulation of each run", head, rows)
+    head = ("segment", "linear, fit (%)", *(["extended, fit (%)"] if diagnosis.effects else []))
+    return table("Free simulation of each held-out segment", head, rows)

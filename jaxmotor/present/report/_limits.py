@@ -1,4 +1,4 @@
-"""What the data cannot tell, what to record next, and how to get the same numbers again."""
+"""What is not identifiable, what to record next, and how to get the same numbers again."""
 
 import importlib.metadata
 import json
@@ -8,7 +8,7 @@ import shlex
 from jaxmotor.diagnosis import Diagnosis, to_json
 from jaxmotor.present.report._html import Content, bullets, details, element, paragraph, table
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import allowing, capital, may_be, named
+from jaxmotor.words import allowing, capital, may_be, named, spoken
 
 PACKAGES = ("jaxmotor", "jax", "jaxlib", "equinox", "optimistix", "numpy")
 MOST_EXPERIMENTS = 3
@@ -21,28 +21,28 @@ def limits_section(story: Story) -> Content:
     diagnosis, recording = story.diagnosis, story.recording
     current = any(segment.current_A is not None for segment in recording.segments)
     limits = [] if current else [
-        "From voltage and shaft alone, gain and pole are known, but not resistance, torque constant and inertia one by "
-        "one: motors in which these differ together move alike. Torques are given as the voltage that overcomes them."
+        "From voltage and shaft alone, gain and pole are identifiable, but not resistance, torque constant and "
+        "inertia one by one. Torques are given as the voltage that overcomes them."
     ]  # fmt: skip
     if recording.duty_full_scale is not None and recording.supply_V is not None:
         limits.append(
-            f"Volts are duties times the supply of {recording.supply_V:.4g} V that the recording states: if that is 1 "
-            "% too low, the gain is 1 % too high, and volts are 1 % too low. No interval here includes it."
+            f"Volts are duties times the supply of {recording.supply_V:.4g} V that the recording states: if that is "
+            "1 % too low, the gain is 1 % too high, and volts are 1 % too low. No interval here includes that."
         )
     for found in diagnosis.effects:
         limits += [
-            f"{named(found.name)}: {name} is not determined by this recording; its error is more than half of it"
+            f"{named(found.name)}: {name} is not identifiable from this recording (its error is more than half of it)"
             for name in found.unknown
         ]
         same = may_be(found, named)
         if same is not None:
-            limits.append(f"{named(found.name)} {same}")
+            limits.append(f"{named(found.name)}: {same}")
     if not diagnosis.fit.floor_known:
         limits.append("The noise is not known beforehand, as it is of counts, but was estimated from the data.")
     if diagnosis.held_out.after.chi2_per_sample < OVERESTIMATED:
         limits.append(
-            "What is left over is less than that estimate of the noise, which was too large: chi2 says which motor is "
-            "better, not whether anything is left to be explained."
+            "The residual is less than that estimate of the noise, which was too large: chi2 says which motor is "
+            "better, not whether anything is unexplained."
         )
     left_open = allowing(diagnosis)
     limits += [] if left_open is None else [left_open]
@@ -54,8 +54,8 @@ def _next(diagnosis: Diagnosis) -> Content:
     told = [one for one in diagnosis.experiments if one.plan is not None][:MOST_EXPERIMENTS]
     if not told:
         return None
-    plans = [details(f"The plan: {one.text}", element("pre", one.plan)) for one in told]
-    return [element("h3", "What to record next"), bullets(f"{one.text}." for one in told), plans]
+    plans = [details(f"The plan: {spoken(one.text)}", element("pre", one.plan)) for one in told]
+    return [element("h3", "What to record next"), bullets(f"{spoken(one.text)}." for one in told), plans]
 
 
 def again_section(story: Story, digest: str) -> Content:
@@ -67,11 +67,13 @@ def again_section(story: Story, digest: str) -> Content:
     ]
     rows = [("recording", story.recording.name), ("its SHA-256", element("code", digest)), ("seed", str(story.seed))]
     rows += [(package, version) for package, version in versions().items()]
+    numbers = json.dumps(to_json(story.diagnosis), indent=1, ensure_ascii=False)
+    block = element("pre", numbers, tabindex="0", id="diagnosis")
     return [
         paragraph("The same recording, versions and seed give the same numbers."),
         element("pre", "\n".join(commands), tabindex="0"),
         table("What this page was made of", ("what", "value"), rows),
-        _all(story),
+        details("All numbers of the diagnosis, as JSON", block, printed=False),
     ]
 
 
@@ -79,9 +81,3 @@ def versions() -> dict[str, str]:
     """Of the packages that numbers depend on, and of Python and the machine's kind."""
     found = {package: importlib.metadata.version(package) for package in PACKAGES}
     return found | {"Python": platform.python_version(), "machine": f"{platform.system()} {platform.machine()}"}
-
-
-def _all(story: Story) -> Content:
-    numbers = json.dumps(to_json(story.diagnosis), indent=1, ensure_ascii=False)
-    block = element("pre", numbers, tabindex="0", id="diagnosis")
-    return details("All numbers of the diagnosis, as JSON", block, printed=False)

@@ -5,7 +5,7 @@ The policy in its head allows no request at all, and no script but the page's ow
 
 import base64
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -64,7 +64,7 @@ def figure(drawing: Content, caption: Content, key: Content = None) -> Html:
     return element("figure", key, drawing, element("figcaption", caption))
 
 
-def cards(entries: Sequence[tuple[str, Content]]) -> Html:
+def cards(entries: Iterable[tuple[str, Content]]) -> Html:
     """Few numbers that are looked for first."""
     pairs = [element("div", element("dt", name), element("dd", value)) for name, value in entries]
     return element("dl", pairs, class_="cards")

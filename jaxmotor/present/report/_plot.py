@@ -13,6 +13,8 @@ from jaxmotor.present.report._html import Html, data_block, element
 from jaxmotor.present.report._scale import Scale, tick_text
 
 WIDTH, LEFT, RIGHT, TOP, BOTTOM, BETWEEN = 720.0, 66.0, 10.0, 8.0, 40.0, 14.0
+DOT = "h.01"
+"""A stroke that only its ends show: in print one of no length has no square ends."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -111,11 +113,17 @@ def legend(entries: Iterable[tuple[str, str]]) -> Html:
 def _swatch(look: str) -> Html:
     kind = look.partition(" ")[0]
     sample = {
-        "dot": element("path", d="M14 6h0", class_=look),
+        "dot": element("path", d=f"M14 6{DOT}", class_=look),
         "band": element("rect", x=2, y=2, width=24, height=8, class_=look),
         "bar": element("rect", x=2, y=2, width=24, height=8, class_=look),
     }.get(kind, element("path", d="M2 6h24", class_=look))
     return element("svg", sample, viewBox="0 0 28 12", class_="swatch", aria_hidden="true")
+
+
+def bar(share: float, look: str) -> Html:
+    """A bar of `share` [1] of its column's width."""
+    rect = element("rect", width=f"{100 * min(max(share, 0.0), 1.0):.1f}", height=10, class_=f"bar {look}")
+    return element("svg", rect, viewBox="0 0 100 10", preserveAspectRatio="none", class_="share", aria_hidden="true")
 
 
 def _panel(panel: Panel, place: Place, numbers: bool) -> Html:
@@ -128,25 +136,35 @@ def _panel(panel: Panel, place: Place, numbers: bool) -> Html:
 def _axes(panel: Panel, place: Place, numbers: bool) -> list[Html]:
     right, bottom = place.left + place.width, place.top + place.height
     parts = []
-    for tick in panel.x.ticks():
+    for k, tick in enumerate(panel.x.ticks()):
         x = panel.x.spot(tick, place.left, right)
         parts.append(element("path", d=f"M{x:.1f} {place.top:g}V{bottom:g}", class_="grid"))
         if numbers:
-            parts.append(element("text", tick_text(tick), x=f"{x:.1f}", y=bottom + 15, text_anchor="middle"))
+            number = {"x": f"{x:.1f}", "y": bottom + 16, "text_anchor": "middle", "class_": _odd(k)}
+            parts.append(element("text", tick_text(tick), **number))
     # Where the panel is low, every second number is enough.
     heights = panel.y.ticks()[:: 1 if place.height >= 110 else 2]
-    for tick in heights:
+    for k, tick in enumerate(heights):
         y = panel.y.spot(tick, bottom, place.top)
         parts.append(element("path", d=f"M{place.left:g} {y:.1f}H{right:g}", class_="grid"))
-        parts.append(element("text", tick_text(tick), x=place.left - 6, y=f"{y + 4:.1f}", text_anchor="end"))
+        number = {"x": place.left - 6, "y": f"{y + 4:.1f}", "text_anchor": "end"}
+        number["class_"] = _odd(k) if place.height >= 110 else None
+        parts.append(element("text", tick_text(tick), **number))
     parts.append(element("path", d=f"M{place.left:g} {place.top:g}V{bottom:g}H{right:g}", class_="axis"))
     middle, side = place.top + place.height / 2, place.left - LEFT + 13
     turned = f"rotate(-90 {side:g} {middle:g})"
-    parts.append(element("text", panel.y.label, x=side, y=middle, transform=turned, text_anchor="middle"))
+    parts.append(
+        element("text", panel.y.label, x=side, y=middle, transform=turned, text_anchor="middle", class_="label")
+    )
     if numbers:
         x = place.left + place.width / 2
-        parts.append(element("text", panel.x.label, x=f"{x:g}", y=bottom + 32, text_anchor="middle"))
+        parts.append(element("text", panel.x.label, x=f"{x:g}", y=bottom + 33, text_anchor="middle", class_="label"))
     return parts
+
+
+def _odd(k: int) -> str | None:
+    """Every second number is left out on narrow screens."""
+    return "odd" if k % 2 else None
 
 
 def _drawn(mark: Mark, panel: Panel, place: Place) -> Html:
@@ -156,7 +174,7 @@ def _drawn(mark: Mark, panel: Panel, place: Place) -> Html:
         path = _between(x, low, high) if mark.kind == "band" else _strokes(x, low, high)
     else:
         x, y = place.points(panel.x, panel.y, mark.x, mark.y)
-        path = _curve(x, y) if mark.kind == "line" else "".join(_moves(x, y, "h0"))
+        path = _curve(x, y) if mark.kind == "line" else "".join(_moves(x, y, DOT))
     return element("path", d=path, class_=mark.look)
 
 

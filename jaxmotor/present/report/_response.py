@@ -1,4 +1,4 @@
-"""The measured frequency response with its bands, the models beside it, and what each leaves over."""
+"""The measured frequency response with its intervals, the models beside it, and their residuals."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxmotor._precision import in_float64
 from jaxmotor.estimate import FrequencyResponse, Trace
-from jaxmotor.present._bode import Band, in_order, model_response, response_band
+from jaxmotor.present._bode import SAME_VOLTS, Band, by_amplitude, in_order, model_response, response_band
 from jaxmotor.present._zoh import decibel, degrees
 from jaxmotor.present.report._html import Content, Html, details, number, paragraph, table
 from jaxmotor.present.report._page import figure
@@ -16,10 +16,9 @@ from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
 from jaxmotor.words import plainly
 
-SAME_VOLTS = 0.1
-"""Part by which the amplitude that was measured at may differ from the header's."""
 MOST = 300
 """Frequencies that are drawn and tabled."""
+LOOKS = ("dot ink", "dot green square", "dot purple")
 SETTLED = 5.0
 """Time constants after which a sine has settled."""
 
@@ -43,14 +42,14 @@ def response_section(story: Story) -> Content:
     if found is None:
         return paragraph(
             "The recording has no sines of two frequencies or more, so there is no frequency response. "
-            "The motor was identified from its motion in time."
+            "The motor was identified in the time domain."
         )
     seen = responses(story, found)
     return [
         paragraph(
-            "Speed over voltage at each frequency, from the sines alone; the bands hold the truth 95 times of 100. The "
-            "linear model is exact for a voltage that is held from tick to tick. Its curve does not depend on how "
-            "large the voltage is; a motor with friction does."
+            "Speed over voltage at each frequency, from the sines alone, with 95 % intervals. The linear model is "
+            "exact for a voltage that is held from tick to tick. Its response does not depend on the amplitude of the "
+            "voltage; that of a motor with friction does."
         ),
         figure(_drawing(story, seen), _caption(seen), _key(seen)),
         details("The numbers", _table(seen)),
@@ -110,16 +109,25 @@ def _drawing(story: Story, seen: Responses) -> Html:
         marks = [
             bars(frequency, (value - half)[:MOST], (value + half)[:MOST], "grey"),
             line(fine, of(model), "blue curve", "linear"),
-            dots(frequency, value[:MOST], "dot ink", "measured"),
+            *_measured(seen, value),
         ]
         panels.append(Panel(across, _span(label, [of(model), value - half, value + half]), marks))
-    for label, (of, half) in zip(("Left (dB)", "Left (°)"), halves, strict=True):
+    for label, (of, half) in zip(("Residual (dB)", "Residual (°)"), halves, strict=True):
         panels.append(_left(across, label, of, half, seen))
     alt = (
         f"Bode plot of {len(frequency)} measured frequencies from {frequency[0]:.3g} to {frequency[-1]:.3g} Hz with "
-        "the linear model, and below what the models leave over. The table under it has the numbers."
+        "the linear model, and below the residuals of the models. The table under it has the numbers."
     )
     return plot(panels, alt=alt, shared=True)
+
+
+def _measured(seen: Responses, value: np.ndarray) -> list[Mark]:
+    """A dot for each frequency, of another look for each amplitude."""
+    marks = []
+    for (name, chosen), look in zip(by_amplitude(seen.measured), LOOKS, strict=False):
+        rows = np.flatnonzero(chosen)[:MOST]
+        marks.append(dots(seen.frequency_Hz[rows], value[rows], look, f"measured{name}"))
+    return marks
 
 
 def _left(
@@ -132,14 +140,14 @@ def _left(
     at, same = np.unique(frequency, return_inverse=True)
     widest = np.zeros(len(at))
     np.maximum.at(widest, same, half)
-    marks: list[Mark] = [band(at, -widest, widest), dots(frequency, linear, "dot blue", "linear leaves")]
+    marks: list[Mark] = [band(at, -widest, widest), dots(frequency, linear, "dot blue", "residual, linear")]
     values = [linear, -half, half]
     if seen.extended is not None:
         extended = _extended_left(of, seen)[:MOST]
-        marks.append(dots(frequency, extended, "dot red", "extended leaves"))
+        marks.append(dots(frequency, extended, "dot red square", "residual, extended"))
         values.append(extended)
     scale = _span(label, values)
-    return Panel(across, scale, [marks[0], level(across, 0.0), *marks[1:]], height=80.0)
+    return Panel(across, scale, [marks[0], level(across, 0.0), *marks[1:]], height=95.0)
 
 
 def _extended_left(of: Callable[[np.ndarray], np.ndarray], seen: Responses) -> np.ndarray:
@@ -155,13 +163,16 @@ def _span(label: str, values: list[np.ndarray]) -> Scale:
 
 
 def _key(seen: Responses) -> Html:
-    entries = [("dot ink", "measured, with its 95 % band"), ("blue curve", "linear model"),
-               ("dot blue", "linear leaves"), ("band", "95 % of the measurement alone")]  # fmt: skip
-    return legend(entries + ([("dot red", "extended leaves")] if seen.extended is not None else []))
+    groups = by_amplitude(seen.measured)
+    entries = [(look, f"measured{name}") for (name, _), look in zip(groups, LOOKS, strict=False)]
+    entries += [("grey", "its 95 % interval"), ("blue curve", "linear model"), ("dot blue", "residual, linear")]
+    if seen.extended is not None:
+        entries.append(("dot red square", "residual, extended"))
+    return legend([*entries, ("band", "95 % interval of the measurement alone")])
 
 
 def _caption(seen: Responses) -> str:
-    text = "Above gain and phase, below measured over modelled: what stays within the band is noise."
+    text = "Above gain and phase, below their residuals (measured over modelled): within the band they are noise."
     if seen.extended is not None:
         text += " The extended motor was simulated under the sines that were recorded, at their amplitudes."
     return text

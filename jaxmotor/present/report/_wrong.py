@@ -1,4 +1,4 @@
-"""What the linear model gets wrong: the voltage it lacks, and what that depends on."""
+"""What the linear model gets wrong: its residual voltage, and what that depends on."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxmotor.diagnosis import Diagnosis, Look, MissingVolts
 from jaxmotor.present._missing import COORDINATES, along, bin_means, explained_percent
-from jaxmotor.present.report._html import Content, Html, bullets, details, element, number, paragraph, table
+from jaxmotor.present.report._html import Content, Html, bullets, details, number, paragraph, table
 from jaxmotor.present.report._motor import spacing
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._plot import Mark, Panel, dots, legend, level, line, plot
@@ -20,40 +20,34 @@ MOST_DOTS = 1_500
 
 
 def wrong_section(story: Story) -> Content:
-    """The missing volts, in words, as pictures and as numbers."""
+    """The residual voltage, in words, as pictures and as numbers."""
     diagnosis = story.diagnosis
     missing = diagnosis.missing
     if not math.isfinite(missing.rms_V):
         return paragraph(_not_seen(story.recording))
-    content: list[Content] = [paragraph(_lacks(diagnosis)), _seen(diagnosis)]
-    content.append(figure(_drawing(diagnosis), _caption(diagnosis), _key(diagnosis)))
-    content.append(details("The numbers", _table(diagnosis)))
-    return content
+    rms = number(missing.rms_V, "missing_volts.before.rms_V", f"{1e3 * missing.rms_V:.3g} mV")
+    text = (
+        "In free simulation the linear motor drifts away from the measured shaft. The voltage that would have kept it "
+        "there, the residual voltage, is "
+    )
+    return [
+        paragraph(text, rms, f" rms{of_rounding(missing)}."),
+        _seen(diagnosis),
+        figure(_drawing(diagnosis), _caption(diagnosis), _key(diagnosis)),
+        details("The numbers", _table(diagnosis)),
+    ]
 
 
 def _not_seen(recording: Recording) -> str:
-    """Why there are no missing volts to show."""
+    """Why there is no residual voltage to show."""
     if recording.measured != "count":
         needs = f"an encoder's counts, and the recording has {named(recording.measured)}s"
     elif recording.period_s is None:
         needs = f"ticks, and the recording has uneven time stamps (rows are {spacing(recording)})"
     else:
-        return "The recording is too short to show the voltage that the linear model lacks."
+        return "The recording is too short to show the residual voltage of the linear model."
     return (
-        f"The voltage that the linear model lacks, moment by moment, is computed from {needs}. "
-        "Causes are found without it: see below."
-    )
-
-
-def _lacks(diagnosis: Diagnosis) -> Html:
-    missing = diagnosis.missing
-    rms = number(missing.rms_V, "missing_volts.before.rms_V", f"{1e3 * missing.rms_V:.3g} mV")
-    return element(
-        "span",
-        "Simulated freely, the linear motor drifts away from the measured shaft. The voltage that would have kept it "
-        "there is ",
-        rms,
-        f" rms{of_rounding(missing)}.",
+        f"The residual voltage of the linear model is computed from {needs}. Effects are found without it: see below."
     )
 
 
@@ -62,8 +56,8 @@ def _seen(diagnosis: Diagnosis) -> Content:
     if diagnosis.verdict == "complete" or diagnosis.undecided:
         return paragraph(f"{capital(nothing_left())}.")
     if not telling:
-        return paragraph("None of the coordinates explains more of it than chance.")
-    overlap = "Shares overlap where what they depend on goes together, as voltage and speed do."
+        return paragraph("It depends on speed, voltage, angle and time no more than by chance.")
+    overlap = "Shares overlap where coordinates are correlated, as voltage and speed are."
     return [bullets(seen_in(look) for look in telling[:3]), paragraph(overlap) if len(telling) > 1 else None]
 
 
@@ -71,12 +65,12 @@ def _drawing(diagnosis: Diagnosis) -> Html:
     volts = np.concatenate([diagnosis.missing.volts, diagnosis.left.volts])
     # A few windows far out would press all others flat.
     shown = volts[np.abs(volts) <= 1.3 * np.quantile(np.abs(volts), 0.995)]
-    up = Scale.of(1e3 * shown, "Missing (mV)")
+    up = Scale.of(1e3 * shown, "Residual (mV)")
     panels = [_panel(diagnosis, coordinate, label, up) for coordinate, label in COORDINATES.items()]
     alt = (
-        "Missing voltage against speed, applied voltage, shaft angle and time: "
+        "Residual voltage against speed, applied voltage, shaft angle and time: "
         + "; ".join(f"{name} explains {_share(diagnosis.looks, name)}" for name in COORDINATES)
-        + " of what the linear model lacks."
+        + " of its variance."
     )
     return plot(panels, alt=alt, columns=2)
 
@@ -117,29 +111,29 @@ def _share(looks: tuple[Look, ...], coordinate: str) -> str:
 
 
 def _key(diagnosis: Diagnosis) -> Html:
-    entries = [("dot grey", "linear, a window of 60 ms"), ("ink", "linear, mean")]
+    entries = [("dot grey", "linear, one window"), ("ink", "linear, mean")]
     if diagnosis.effects:
-        entries += [("dot blue", "extended, a window"), ("blue", "extended, mean")]
+        entries += [("dot blue", "extended, one window"), ("blue", "extended, mean")]
     if math.isfinite(diagnosis.missing.noise_V):
         entries.append(("purple dotted", "± 2 sd of the encoder's rounding"))
     return legend(entries)
 
 
 def _caption(diagnosis: Diagnosis) -> str:
-    text = "The voltage that the model lacks, window by window, against everything it may depend on."
+    text = "The residual voltage in windows of 60 ms, against speed, voltage, angle and time."
     if diagnosis.effects:
-        text += " What the extended model lacks should have no shape."
+        text += " That of the extended model should show no trend."
     return text
 
 
 def _table(diagnosis: Diagnosis) -> Content:
-    head = ("what it looks like", "coordinate", "share of the variance (%)", "chance stays below (%)")
-    tables = [_looks("What the linear model lacks depends on", head, diagnosis.looks)]
+    head = ("what it looks like", "coordinate", "share of the variance (%)", "by chance below (%)")
+    tables = [_looks("Residual voltage of the linear model", head, diagnosis.looks)]
     if diagnosis.effects:
-        tables.append(_looks("What the extended model lacks depends on", head, diagnosis.left_looks))
+        tables.append(_looks("Residual voltage of the extended model", head, diagnosis.left_looks))
         left = diagnosis.left
         rms = number(left.rms_V, "missing_volts.after.rms_V", f"{1e3 * left.rms_V:.3g} mV")
-        tables.append(paragraph("The extended model lacks ", rms, " rms."))
+        tables.append(paragraph("The residual voltage of the extended model is ", rms, " rms."))
     return tables
 
 

@@ -1,0 +1,132 @@
+"""The first screen: the motor in plain words, one picture, its numbers, how sure they are, and what to do next."""
+
+import math
+from collections.abc import Iterator
+
+from jaxmotor.diagnosis import Diagnosis, FoundEffect
+from jaxmotor.present.report._gain import traces
+from jaxmotor.present.report._html import Content, Html, bullets, element, number, paragraph, table
+from jaxmotor.present.report._page import cards
+from jaxmotor.present.report._plot import bar
+from jaxmotor.present.report._story import Story
+from jaxmotor.words import RPM, capital, either, equals, looks_like, named, odds, percent, spoken, with_error
+
+SENTENCES = {
+    "complete": "This is a linear motor: its speed follows the voltage in proportion, and the recording shows no more.",
+    "extended": "This is a linear motor with {names}; that explains all that the recording shows.",
+    "undecided": "A linear motor explains all that the recording shows, but {names} would not show under this input.",
+    "unexplained": "A linear motor{names} explains a part of what this motor does; no effect in the vocabulary "
+    "explains the rest.",
+}
+SURE, LIKELY = 0.9, 0.5
+"""Probabilities from which an effect is told without doubt, and without its alternatives."""
+HOLDS = {
+    "coulomb_friction": "volts_V",
+    "stiction": "static_volts_V",
+    "dead_zone": "volts_V",
+    "input_threshold": "volts_V",
+}
+"""Effects that keep a motor at rest, and up to which voltage."""
+
+
+def summary(story: Story) -> Content:
+    """What somebody who reads no further should know."""
+    diagnosis = story.diagnosis
+    return [
+        paragraph(f"{story.recording.name}; fit of {_scores(diagnosis)}", class_="quiet"),
+        element("div", paragraph(_sentence(diagnosis)), cards(_numbers(story)), class_="verdict"),
+        traces(diagnosis, story.recording),
+        element(
+            "div", element("div", _sure(diagnosis), class_="odds"), element("div", _next(diagnosis)), class_="beside"
+        ),
+    ]
+
+
+def _sure(diagnosis: Diagnosis) -> Content:
+    text = "± is a 95 % interval"
+    if diagnosis.open_hypotheses and diagnosis.allowed is not None:
+        (low, high), (slow, fast) = diagnosis.allowed
+        most = f"to {1e3 / slow:.4g} ms" if slow > 0 else "ms or more"
+        text += (
+            f"; with what the input leaves open, {RPM * low:.4g} to {RPM * high:.4g} rpm/V and {1e3 / fast:.4g} {most}"
+        )
+    return [
+        element("h2", "How sure"),
+        paragraph(f"{text}."),
+        [_odds(found, place) for place, found in enumerate(diagnosis.effects)],
+        None if diagnosis.effects else paragraph("No effect was named, so none has a probability."),
+    ]
+
+
+def _scores(diagnosis: Diagnosis) -> str:
+    before, after = diagnosis.held_out.before.fit_percent, diagnosis.held_out.after.fit_percent
+    data = "held-out data" if diagnosis.held_out.traces_before else "the data"
+    return f"{data}: linear {before:.1f} %" + (f", extended {after:.1f} %" if diagnosis.effects else "")
+
+
+def _sentence(diagnosis: Diagnosis) -> str:
+    if diagnosis.undecided:
+        return SENTENCES["undecided"].format(names=" or ".join(one.phrase for one in diagnosis.open_hypotheses))
+    names = " and ".join(map(_cause, diagnosis.effects))
+    if diagnosis.verdict == "unexplained" and names:
+        names = f" with {names}"
+    return SENTENCES[diagnosis.verdict].format(names=names)
+
+
+def _cause(found: FoundEffect) -> str:
+    """The effect as surely as its probability allows; with its alternatives where it is not the likelier."""
+    if found.probability < LIKELY and len(names := [found.name, *equals(found)]) > 1:
+        return f"{either(names)} (indistinguishable in this recording)"
+    return named(found.name) if found.probability >= SURE else f"{named(found.name)} (probably)"
+
+
+def _numbers(story: Story) -> Iterator[tuple[str, Content]]:
+    linear, error = story.diagnosis.motor.linear, story.diagnosis.standard_error
+    gain, gain_error = float(linear.gain), error["gain_rad_s_V"]
+    pole, pole_error = float(linear.pole), error["pole_rad_s"]
+    # Where nobody knows the supply, 1 V stands for all of it.
+    of, per = ("at full duty", "") if story.recording.header.get("supply_unknown") is True else ("per volt", "/V")
+    rpm = with_error(RPM * gain, RPM * gain_error, f"rpm{per}")
+    yield f"speed {of}", [rpm, element("br"), with_error(gain, gain_error, f"rad/s{per}")]
+    tau_ms = with_error(1e3 / pole, 1e3 * pole_error / pole**2, "ms")
+    yield "time constant", [tau_ms, element("br"), element("small", "until 63 % of a new speed")]
+    yield "friction", [_friction(story.diagnosis)]
+
+
+def _friction(diagnosis: Diagnosis) -> Content:
+    """The voltage below which the motor stays at rest, and what that means."""
+    holding = [found for found in diagnosis.effects if found.name in HOLDS]
+    if holding:
+        volts = sum(found.parameters[HOLDS[found.name]] for found in holding)
+        errors = [found.standard_error[HOLDS[found.name]] for found in holding]
+        doubt = "if it is that, " if min(found.probability for found in holding) < LIKELY else ""
+        meaning = f"{doubt}below {volts:.2g} V it does not move"
+        return [with_error(volts, math.hypot(*errors), "V"), element("br"), element("small", meaning)]
+    hidden = [one.largest for one in diagnosis.open_hypotheses if one.name in ("friction", "dead zone")]
+    return f"not known: up to {max(hidden):.2g} V would not show" if hidden else "none found"
+
+
+def _odds(found: FoundEffect, place: int) -> Html:
+    """The probabilities of an effect, of its alternatives and of none of them, as bars."""
+    rows: list[list[Content]] = []
+    for name, share in odds(found):
+        shown = number(share, f"effects.{place}.probability", percent(share)) if not rows else percent(share)
+        rows.append([name, bar(share, "grey" if rows else "blue"), shown])
+    return table(f"Probability of {named(found.name)}", ("cause", "", ""), rows)
+
+
+def _next(diagnosis: Diagnosis) -> Content:
+    told: list[Content] = []
+    for found in diagnosis.effects:
+        name = capital(named(found.name)) if found.probability >= LIKELY else f"If it is {named(found.name)}"
+        told.append(f"{name}: {found.effect.advice}")
+    left = looks_like(diagnosis)
+    told += [] if left is None else [f"{capital(left)}."]
+    told += [f"{capital(one.note)}." for one in diagnosis.open_hypotheses if diagnosis.undecided]
+    plans = [one for one in diagnosis.experiments if one.plan is not None]
+    told += [f"{capital(spoken(one.text))}." for one in diagnosis.experiments if one.plan is None][:1]
+    told += [
+        [f"Record next: {spoken(one.text)} (", element("a", "the plan", href="#limits"), ")."] for one in plans[:1]
+    ]
+    told = told or ["Use the model: simulate it, or export it to a controller (jaxmotor export)."]
+    return [element("h2", "What to do next"), bullets(told)]
