@@ -44,7 +44,7 @@ LEAST, SHARE = 0.1, 0.5
 """Part of the mean square that an effect must take up where more is left than noise: some law takes up a little of
 anything. Where the noise is known, part of what is there beside it."""
 LITTLE = 0.5
-"""Part of chi2 that the linear motor's first effect must not leave over, or it is tried from another start, too."""
+"""Part of chi2: where the first effect leaves more, it is tried from another start, too."""
 HINT = 0.5
 """Part of `NOTHING` that a score must promise where the noise is known and not much else is left."""
 USUAL = ("coulomb_friction", "transport_delay", "electrical_pole", "dead_zone", "voltage_offset", "load_torque")
