@@ -19,6 +19,7 @@ from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates,
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import EFFECTS, AbstractEffect, Rig, free_size, parameters
+from jaxmotor.motor.effects._base import AbstractLoadEffect
 
 FIRST, LATER = 7, 5
 """Candidates that are fitted beside the linear motor, and beside others."""
@@ -45,6 +46,10 @@ LEAST, SHARE = 0.1, 0.5
 anything. Where the noise is known, part of what is there beside it."""
 LITTLE = 0.5
 """Part of chi2: where the first effect leaves more, it is tried from another start, too."""
+FAR = 2.0
+"""chi2 per sample above which a law is no alternative to one that leaves but noise."""
+LIKELY = 0.4
+"""Part of the best score's gain that a law of two inertias must promise where another effect explains everything."""
 HINT = 0.5
 """Part of `NOTHING` that a score must promise where the noise is known and not much else is left."""
 USUAL = ("coulomb_friction", "transport_delay", "electrical_pole", "dead_zone", "voltage_offset", "load_torque")
@@ -186,13 +191,28 @@ class Search:
                 shared += [(base, motor) for motor in self._likewise(base, beside=True)]
         self.tried.update(tasks)
         self.shared.update(frozenset(base.names) for base, _ in shared)
-        found = side_by_side(lambda task: self._best_of(*task), tasks.values())
+        found = self._fitted(tasks)
         self._keep(found + side_by_side(lambda task: self._fit(*task), shared))
         self._keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
 
-    def _best_of(self, base: Fitted, starts: list[Candidate]) -> Fitted:
-        """`base` with the effect, fitted from its best starts of different shape."""
-        fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE)
+    def _fitted(self, tasks: dict[Names, tuple[Fitted, list[Candidate]]]) -> list[Fitted]:
+        """The best fit of each of `tasks`. Laws of two inertias take long: where another effect leaves but the known
+        noise, they are fitted only if their scores come near to the best one's, and left early."""
+
+        def fit(chosen: list[Names], bar: float = math.inf) -> list[Fitted]:
+            return side_by_side(lambda names: self._best_of(*tasks[names], bar), chosen)
+
+        two = [names for names, (_, starts) in tasks.items() if isinstance(starts[0].effect, AbstractLoadEffect)]
+        found = fit([names for names in tasks if names not in two])
+        if not (self.solver.noise_known and any(one.chi2 < NEARLY for one in found)):
+            return found + fit(two)
+        gain = {names: base.chi2 - starts[0].chi2 for names, (base, starts) in tasks.items()}
+        return found + fit([names for names in two if gain[names] > LIKELY * max(gain.values())], FAR)
+
+    def _best_of(self, base: Fitted, starts: list[Candidate], bar: float = math.inf) -> Fitted:
+        """`base` with the effect, fitted from its best starts of different shape; given up where chi2 will hardly come
+        below `bar`."""
+        fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE, bar=bar)
         first = starts[0]
         others = [start for start in starts[1:] if shape_of(start) != shape_of(first)][:1]
         found = [fit(start.motor) for start in (first, *others)]
