@@ -28,7 +28,7 @@ class Shown:
     """Says what it holds: `_title`, `_rows` and `_remarks` are what a result tells of itself."""
 
     def _title(self) -> str:
-        raise NotImplementedError
+        return type(self).__name__
 
     def _rows(self) -> tuple[Row, ...]:
         return ()

@@ -170,7 +170,7 @@ class Diagnosis(Shown):
     allowed: Allowed | None
     """Intervals of gain and pole that allow for them; None where the linear motor is not determined."""
     undecided: bool
-    """Nothing is left over, but `open_hypotheses` would move the linear motor by more than 10 %: the verdict is
+    """No residual is unexplained, but `open_hypotheses` would move the linear motor by more than 10 %: the verdict is
     `unexplained`."""
     timing: Timing | None = None
     """The log's own, where its header does not state it and the data show one."""
