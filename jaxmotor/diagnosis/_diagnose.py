@@ -12,6 +12,7 @@ from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
 from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
 from jaxmotor.diagnosis._experiment import Experiment, experiment
+from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, Found, enough
 from jaxmotor.diagnosis._free import linear_of, without_timing
 from jaxmotor.diagnosis._held_out import HeldOut, hold_out, worth_of
@@ -31,8 +32,8 @@ from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
-from jaxmotor.motor import EFFECTS, Motor
-from jaxmotor.motor.effects import OF_LOG
+from jaxmotor.motor import Motor
+from jaxmotor.motor.effects import OF_LOG, contained_in
 from jaxmotor.recording import Recording, check, recording_of
 
 OUTSIDE = 0.6
@@ -78,7 +79,13 @@ def diagnose(
     missing = _missing(study, linear.motor, before.traces)
     found_looks = looks(missing, seed)
     request.tell(1)
-    found = Search(study.solver, first, linear, rig_of(recording, study.trial)).run()
+    search = Search(study.solver, first, linear, rig_of(recording, study.trial))
+    found = extended(
+        search,
+        search.run(),
+        lambda found: (*found_looks, *(_left(study, found, seed)[2] if found.named else ())),
+        lambda fitted: _is_explained(study, fitted),
+    )
     after, left, left_looks = _left(study, found, seed) if found.named else (before, missing, found_looks)
     if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
         found, after, left, left_looks = Found(linear, linear, (), {}), before, missing, found_looks
@@ -230,7 +237,7 @@ def _twins(found: Found, effects: tuple[FoundEffect, ...]) -> dict[tuple[str, st
 
 
 def _contained(rival: Rival) -> tuple[str, ...]:
-    return EFFECTS[rival.name].contains
+    return contained_in(rival.name)
 
 
 def _ambiguous(fitted: Fitted, spread: np.ndarray, twins: dict[tuple[str, str], Fitted]) -> list[str]:

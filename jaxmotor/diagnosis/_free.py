@@ -80,7 +80,7 @@ def _elements(effect: AbstractEffect) -> list[tuple[str, tuple[float, ...]]]:
         if about["kind"] == "positive":
             found.append((name, (width, 0.7, -18.0, 14.0, 0.0, inf)))
         elif about["kind"] == "signed":
-            found.append((name, (width * about["scale"], inf, -inf, inf, 0.0, inf)))
+            found.append((name, (width * about["scale"], inf, -inf, inf, 0.0, about["spread"])))
         elif about["kind"] == "amplitude":
             sides = (width * about["scale"], inf, -inf, inf, 0.0, inf)
             found += [(name, sides), (f"{name} (across)", sides)]

@@ -39,6 +39,10 @@ class Look:
     volts: np.ndarray
     """(k,) mean missing volts there [V]."""
 
+    moment_s: float | None = None
+    """Of the change, where it is one at a moment [s]."""
+    frequency_Hz: float | None = None
+    """Where it is a sine over time [Hz]."""
     outside: bool = False
     """It goes by the clock: nothing that the motor does itself."""
 
@@ -77,6 +81,8 @@ class _View:
     many, and in single precision."""
     at: np.ndarray
     volts: np.ndarray
+    moment_s: float | None = None
+    frequency_Hz: float | None = None
 
 
 def _judged(view: _View, centred: np.ndarray, shuffled: np.ndarray, number: int) -> Look:
@@ -89,6 +95,8 @@ def _judged(view: _View, centred: np.ndarray, shuffled: np.ndarray, number: int)
         float(max(chance, 0.0)),
         view.at,
         view.volts,
+        view.moment_s,
+        view.frequency_Hz,
         view.coordinate == "time",
     )
 
@@ -161,7 +169,7 @@ def _step(missing: MissingVolts) -> _View | None:
     before, behind = float(volts[:cut].mean()), float(volts[cut:].mean())
     return _View(
         "time", f"a change at t = {when:.1f} s, by {1e3 * (behind - before):+.0f} mV", basis,
-        np.array([missing.time_s.min(), when]), np.array([before, behind]),
+        np.array([missing.time_s.min(), when]), np.array([before, behind]), moment_s=when,
     )  # fmt: skip
 
 
@@ -198,7 +206,12 @@ def _periodic(missing: MissingVolts) -> _View | None:
     power = _pairs(basis, (missing.volts - missing.volts.mean())[:, None])[:, 0]
     best = float(frequency[np.argmax(power)])
     return _View(
-        "time", f"something periodic at {best:.2f} Hz", basis, frequency, np.sqrt(2 * power / len(missing.volts))
+        "time",
+        f"something periodic at {best:.2f} Hz",
+        basis,
+        frequency,
+        np.sqrt(2 * power / len(missing.volts)),
+        frequency_Hz=best,
     )
 
 

@@ -7,10 +7,10 @@ from typing import NamedTuple
 from jaxmotor._arguments import check_choice
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import shown
-from jaxmotor.motor.effects import EFFECTS, OF_LOG
+from jaxmotor.motor.effects import DISTURBANCES, EFFECTS, LEARNED
 
 STAGES = ("linear fit", "effects", "held-out scoring", "what is left open", "done")
-VOCABULARY = tuple(name for name, effect in EFFECTS.items() if not issubclass(effect, OF_LOG))
+VOCABULARY = (*EFFECTS, *LEARNED, *DISTURBANCES)
 
 
 class Progress(NamedTuple):

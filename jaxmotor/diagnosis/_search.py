@@ -18,7 +18,16 @@ from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, late
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import EFFECTS, AbstractEffect, Rig, free_size, parameters
+from jaxmotor.motor.effects import (
+    DISTURBANCES,
+    EFFECTS,
+    LEARNED,
+    AbstractEffect,
+    Rig,
+    contained_in,
+    free_size,
+    parameters,
+)
 from jaxmotor.motor.effects._base import AbstractLoadEffect
 
 FIRST, LATER = 7, 5
@@ -74,6 +83,9 @@ PRICE, MORE, RARE = 1.5, 0.75, 0.75
 """Of an effect with one parameter, of each parameter more, and of effects that are rare (`USUAL`), in logarithms of
 probability."""
 
+LEARNED_PRICE = PRICE + 3 * MORE + RARE
+"""Of a learned curve: of a law with four parameters. What its freedom costs, blocks left out show."""
+
 NONE = "none"
 Names = frozenset[str]
 
@@ -123,7 +135,7 @@ class Search:
     def _simpler(self, names: Names) -> list[Names]:
         """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
         another effect does."""
-        others = [names - {name} | {simple} for name in names - self.own for simple in EFFECTS[name].contains]
+        others = [names - {name} | {simple} for name in names - self.own for simple in contained_in(name)]
         return [other for other in others if other in self.visited]
 
     def weights(self) -> dict[Names, float]:
@@ -150,8 +162,8 @@ class Search:
 
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
-        self._extend(self._without_each(fitted), LATER)
-        self._keep(side_by_side(functools.partial(self._fit, fitted), self._likewise(fitted, beside=False)))
+        self._extend(self.without_each(fitted), LATER)
+        self.keep(side_by_side(functools.partial(self._fit, fitted), self._likewise(fitted, beside=False)))
 
     def _likewise(self, fitted: Fitted, *, beside: bool) -> list[Motor]:
         """`fitted` with effects of `KIN` in the place of each other, or `beside` each other with half the size."""
@@ -182,7 +194,7 @@ class Search:
                 ranked = {name: its for name, its in ranked.items() if base.chi2 - its[0].chi2 > HINT * NOTHING}
             always = ALWAYS if base is self.linear and not quiet else ()
             leaders = _leaders(base, ranked, most, always)
-            simpler = [simple for name in leaders for simple in EFFECTS[name].contains]
+            simpler = [simple for name in leaders for simple in contained_in(name)]
             for name in (*leaders, *simpler):
                 names = frozenset((*base.names, name))
                 if names not in self.tried and name in ranked:
@@ -192,8 +204,8 @@ class Search:
         self.tried.update(tasks)
         self.shared.update(frozenset(base.names) for base, _ in shared)
         found = self._fitted(tasks)
-        self._keep(found + side_by_side(lambda task: self._fit(*task), shared))
-        self._keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
+        self.keep(found + side_by_side(lambda task: self._fit(*task), shared))
+        self.keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
 
     def _fitted(self, tasks: dict[Names, tuple[Fitted, list[Candidate]]]) -> list[Fitted]:
         """The best fit of each of `tasks`. Laws of two inertias take long: where another effect leaves but the known
@@ -227,12 +239,12 @@ class Search:
         [name] = _wanted(half)
         return self._best_of(half, ranked[name]) if name in ranked else half
 
-    def _without_each(self, fitted: Fitted) -> list[Fitted]:
+    def without_each(self, fitted: Fitted) -> list[Fitted]:
         """`fitted` without each of its effects in turn."""
         causes = self._causes(fitted)
         rest = [frozenset(fitted.names) - {name} for name in causes]
         new = [name for name, names in zip(causes, rest, strict=True) if names not in self.visited]
-        self._keep(side_by_side(lambda name: self._shorter(fitted, name), new))
+        self.keep(side_by_side(lambda name: self._shorter(fitted, name), new))
         return [self.visited[names] for names in rest if names in self.visited]
 
     def _shorter(self, fitted: Fitted, name: str) -> Fitted:
@@ -274,7 +286,7 @@ class Search:
         self.scores.append((base, found))
         return found
 
-    def _keep(self, found: list[Fitted]) -> None:
+    def keep(self, found: list[Fitted]) -> None:
         for one in found:
             names, finite = frozenset(one.names), math.isfinite(one.chi2) and np.isfinite(one.jacobian).all()
             known = self.visited.get(names)
@@ -314,6 +326,10 @@ def _barred(motor: Motor) -> set[str]:
 
 def _price(name: str) -> float:
     """Of the effect `name`, in logarithms of probability."""
+    if name in LEARNED or name == "wandering_torque":
+        return LEARNED_PRICE
+    if name in DISTURBANCES:
+        return PRICE + MORE * 2 + RARE
     rare = USUAL.index(name) / len(USUAL) if name in USUAL else 1.0
     return PRICE + MORE * (free_size(EFFECTS[name]) - 1) + RARE * rare
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
 from jaxmotor.estimate import Noise
-from jaxmotor.motor import EFFECTS
+from jaxmotor.motor.effects import contained_in
 from jaxmotor.recording import ranges
 from jaxmotor.words._effects import named
 
@@ -61,8 +61,8 @@ def looks_like(diagnosis: Diagnosis) -> str | None:
 def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
     """The alternatives that cannot be distinguished from the effect, each called by `name`; None without any."""
     equal = equals(found)
-    wider = [name(rival) for rival in equal if found.name in EFFECTS[rival].contains]
-    same = [name(rival) for rival in equal if found.name not in EFFECTS[rival].contains]
+    wider = [name(rival) for rival in equal if found.name in contained_in(rival)]
+    same = [name(rival) for rival in equal if found.name not in contained_in(rival)]
     told = []
     if same:
         told.append(f"may as well be {' or '.join(same)}: indistinguishable in this recording")

@@ -13,6 +13,8 @@ from jaxmotor.motor.effects._base import from_free as from_free
 from jaxmotor.motor.effects._base import parameters as parameters
 from jaxmotor.motor.effects._base import to_free as to_free
 from jaxmotor.motor.effects._base import values_at as values_at
+from jaxmotor.motor.effects._disturbance import DISTURBANCES as DISTURBANCES
+from jaxmotor.motor.effects._disturbance import AbstractStepInTime as AbstractStepInTime
 from jaxmotor.motor.effects._drive import CoastDrive as CoastDrive
 from jaxmotor.motor.effects._drive import CurrentLimit as CurrentLimit
 from jaxmotor.motor.effects._drive import DeadZone as DeadZone
@@ -24,6 +26,8 @@ from jaxmotor.motor.effects._drive import SupplySag as SupplySag
 from jaxmotor.motor.effects._drive import TransportDelay as TransportDelay
 from jaxmotor.motor.effects._drive import VoltageOffset as VoltageOffset
 from jaxmotor.motor.effects._drive import VoltageSaturation as VoltageSaturation
+from jaxmotor.motor.effects._learned import LEARNED as LEARNED
+from jaxmotor.motor.effects._learned import AbstractLearnedEffect as AbstractLearnedEffect
 from jaxmotor.motor.effects._log import OF_LOG as OF_LOG
 from jaxmotor.motor.effects._log import LogFilter as LogFilter
 from jaxmotor.motor.effects._log import TimingOffset as TimingOffset
@@ -49,3 +53,8 @@ EFFECTS: dict[str, type[AbstractEffect]] = {
     and member.__module__ == module.__name__
     and not inspect.isabstract(member)
 }
+
+
+def contained_in(name: str) -> tuple[str, ...]:
+    """Effects that are special cases of the one called `name`."""
+    return EFFECTS[name].contains if name in EFFECTS else ()

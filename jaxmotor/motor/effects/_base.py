@@ -19,7 +19,7 @@ from jaxmotor.motor._readable import readable
 E = TypeVar("E", bound="AbstractEffect")
 Scalar = Float[Array, "..."]
 """One number, or one for each of the motors and experiments that are simulated side by side."""
-Kind = Literal["positive", "signed", "amplitude", "phase", "fixed"]
+Kind = Literal["positive", "signed", "amplitude", "phase", "fixed", "range"]
 
 INFINITE = 1e6
 """Neutral value of a limit [V]: far beyond any motor's."""
@@ -48,13 +48,15 @@ class Rig(NamedTuple):
     """The log holds an encoder's counts."""
 
 
-def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: float) -> Any:
+def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: float, spread: float = math.inf) -> Any:
     """A parameter's field: its `unit`, its value without effect, where a fit starts, and how far it may be off.
 
     `kind` says how it is fitted: `positive` through its logarithm, `signed` as it is, `amplitude` and `phase` together
-    as A cos φ and A sin φ (in which the law is linear), `fixed` not at all.
+    as A cos φ and A sin φ (in which the law is linear), `fixed` not at all; a `range` is no parameter of the law, but how far it was learned. `spread` is that of a signed one's prior
+    about zero.
     """
-    return eqx.field(metadata={"unit": unit, "kind": kind, "neutral": neutral, "start": start, "scale": scale})
+    about = {"unit": unit, "kind": kind, "neutral": neutral, "start": start, "scale": scale, "spread": spread}
+    return eqx.field(metadata=about)
 
 
 class AbstractEffect(eqx.Module):
@@ -150,7 +152,7 @@ def parameters(effect: AbstractEffect | type[AbstractEffect]) -> dict[str, dict[
 
 def free_size(effect: AbstractEffect | type[AbstractEffect]) -> int:
     """How many numbers `to_free` gives."""
-    sizes = {"positive": 1, "signed": 1, "amplitude": 2, "phase": 0, "fixed": 0}
+    sizes = {"positive": 1, "signed": 1, "amplitude": 2, "phase": 0, "fixed": 0, "range": 0}
     return sum(sizes[about["kind"]] for about in parameters(effect).values())
 
 

@@ -1,0 +1,163 @@
+"""Laws learned from data: a torque or a voltage as a series over one coordinate, for what no known law explains.
+
+They are fitted, simulated, validated and kept like any other effect. What a linear motor does as well, they leave to
+it: over speed and voltage a straight line through the origin has no part in them.
+"""
+
+import functools
+import math
+from typing import ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+
+from jaxmotor.motor.effects._base import (
+    AbstractDriveEffect,
+    AbstractEffect,
+    AbstractMotionEffect,
+    AbstractSourceEffect,
+    AbstractTorqueEffect,
+    Rig,
+    Scalar,
+    Source,
+    parameter,
+)
+from jaxmotor.motor.effects._sine import sine
+
+TERMS = 24
+"""Beside the constant one."""
+WARP = 10.0
+"""How many times closer a curve is resolved about zero than far from it, about."""
+GRID = 2001
+"""Places by which the straight line is taken out."""
+SPREAD_V = 2.0
+"""Of the first coefficient, by its prior; of later ones it falls as those of a jump do."""
+
+
+def _coefficient(term: int) -> Scalar:
+    about = {"neutral": 0.0, "start": 0.0, "scale": 0.1 / max(term, 1), "spread": SPREAD_V / max(term, 1)}
+    return parameter("V", "signed", **about)
+
+
+class AbstractLearnedEffect(AbstractEffect):
+    """A series of `TERMS` terms and a constant."""
+
+    advice: ClassVar[str] = "Look for a cause of that shape; until it is known, feed the curve forward."
+    c0_V: Scalar = _coefficient(0)
+    c1_V: Scalar = _coefficient(1)
+    c2_V: Scalar = _coefficient(2)
+    c3_V: Scalar = _coefficient(3)
+    c4_V: Scalar = _coefficient(4)
+    c5_V: Scalar = _coefficient(5)
+    c6_V: Scalar = _coefficient(6)
+    c7_V: Scalar = _coefficient(7)
+    c8_V: Scalar = _coefficient(8)
+    c9_V: Scalar = _coefficient(9)
+    c10_V: Scalar = _coefficient(10)
+    c11_V: Scalar = _coefficient(11)
+    c12_V: Scalar = _coefficient(12)
+    c13_V: Scalar = _coefficient(13)
+    c14_V: Scalar = _coefficient(14)
+    c15_V: Scalar = _coefficient(15)
+    c16_V: Scalar = _coefficient(16)
+    c17_V: Scalar = _coefficient(17)
+    c18_V: Scalar = _coefficient(18)
+    c19_V: Scalar = _coefficient(19)
+    c20_V: Scalar = _coefficient(20)
+    c21_V: Scalar = _coefficient(21)
+    c22_V: Scalar = _coefficient(22)
+    c23_V: Scalar = _coefficient(23)
+    c24_V: Scalar = _coefficient(24)
+
+    @property
+    def coefficients(self) -> tuple[Scalar, ...]:
+        """[V], the constant one first."""
+        return tuple(getattr(self, f"c{term}_V") for term in range(TERMS + 1))
+
+    def possible(self, rig: Rig) -> bool:
+        """No effect takes more volts than there are."""
+        return all(abs(float(one)) < rig.supply_V for one in self.coefficients)
+
+
+class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
+    """Σ c_k (T_k(z) - m_k w/w1), z = asinh(10 w/w1)/asinh(10): a torque that depends on the speed, of any shape.
+
+    T_k are Chebyshev's polynomials, m_k the slope of T_k from -w1 to w1; beyond w1 the torque goes on as it is there.
+    """
+
+    name: ClassVar[str] = "torque_over_speed"
+    says: ClassVar[str] = "a torque depends on the speed by a curve that no known law has"
+    reach_rad_s: Scalar = parameter("rad/s", "range", neutral=1.0, start=1.0, scale=1.0)
+    """w1 [rad/s]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.start(reach_rad_s=rig.speed_rad_s),) if rig.speed_rad_s > 0 else ()
+
+    def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
+        del angle
+        return _level_series(self.coefficients, speed / self.reach_rad_s)
+
+
+class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
+    """c_0 + Σ (c_(2n-1) cos nθ + c_(2n) sin nθ), n = 1 to 12: a torque that depends on the shaft's angle, of any
+    shape."""
+
+    name: ClassVar[str] = "torque_over_angle"
+    says: ClassVar[str] = "a torque depends on the shaft's angle by a curve that no known law has"
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.start(),) if rig.turns else ()
+
+    def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
+        del speed
+        first, *others = self.coefficients
+        along, across = sine(angle + 0.5 * jnp.pi), sine(angle)
+        total, cos_n, sin_n = first, jnp.ones_like(angle), jnp.zeros_like(angle)
+        for a, b in zip(others[::2], others[1::2], strict=True):
+            cos_n, sin_n = cos_n * along - sin_n * across, sin_n * along + cos_n * across
+            total = total + a * cos_n + b * sin_n
+        return total
+
+
+class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLearnedEffect):
+    """u + Σ c_k (T_k(z) - m_k u/u1), z = asinh(10 u/u1)/asinh(10): a drive that is not in proportion, of any shape."""
+
+    name: ClassVar[str] = "voltage_over_command"
+    says: ClassVar[str] = "the voltage depends on the one commanded by a curve that no known law has"
+    reach_V: Scalar = parameter("V", "range", neutral=1.0, start=1.0, scale=1.0)
+    """u1 [V]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        enough = rig.supply_known and len(rig.volts_V) > 3
+        return (cls.start(reach_V=rig.volts_V[-1]),) if enough else ()
+
+    def source(self, source: Source, time: Scalar) -> Source:
+        del time
+        mean = source.mean
+        return source.told(mean + _level_series(self.coefficients, mean / self.reach_V))
+
+
+LEARNED = {effect.name: effect for effect in (TorqueOverSpeed, TorqueOverAngle, VoltageOverCommand)}
+
+
+def _level_series(coefficients: tuple[Scalar, ...], place: Scalar) -> Scalar:
+    """Σ c_k (T_k(z) - m_k x) at x = `place` within -1 and 1."""
+    place = jnp.clip(place, -1.0, 1.0)
+    z = jnp.arcsinh(WARP * place) / math.asinh(WARP)
+    before, now, total = jnp.ones_like(z), z, coefficients[0] * jnp.ones_like(z)
+    slope = jnp.zeros_like(z)
+    for c, m in zip(coefficients[1:], _slopes(), strict=True):
+        total, slope = total + c * now, slope + c * m
+        before, now = now, 2 * z * now - before
+    return total - slope * place
+
+
+@functools.cache
+def _slopes() -> tuple[float, ...]:
+    """m_k of T_1 to T_`TERMS`: of the straight line through the origin that is nearest to each from -1 to 1."""
+    place = np.linspace(-1, 1, GRID)
+    angle = np.arccos(np.clip(np.arcsinh(WARP * place) / math.asinh(WARP), -1, 1))
+    return tuple(float(np.cos(term * angle) @ place / (place @ place)) for term in range(1, TERMS + 1))
