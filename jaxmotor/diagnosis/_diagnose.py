@@ -1,7 +1,7 @@
 """From a recording to what its linear model gets wrong, why, and what a longer model is worth."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from jaxmotor.diagnosis._loops import loop_gains
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._parallel import side_by_side
-from jaxmotor.diagnosis._request import Progress, Request
+from jaxmotor.diagnosis._request import Asked, Progress, Request
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
@@ -31,7 +31,7 @@ from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
-from jaxmotor.motor import EFFECTS, Motor
+from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import OF_LOG
 from jaxmotor.recording import Recording, check, recording_of
 
@@ -52,16 +52,16 @@ UNKNOWN = 0.5
 def diagnose(
     recording: Recording | str | os.PathLike[str],
     *,
-    effects: Iterable[str] | None = None,
-    exclude: Iterable[str] = (),
+    effects: Asked | None = None,
+    exclude: Asked = (),
     seed: int = 0,
     on_progress: Callable[[Progress], object] | None = None,
 ) -> Diagnosis:
     """Say what the linear motor of `recording` gets wrong, name the causes, and measure what knowing them is worth.
 
-    `recording` may be the path of its file. Only `effects` (names in `EFFECTS`; None: all) without those in `exclude`
-    are sought. `on_progress` is called with a `Progress` as the work goes on, by one thread at a time; what it raises
-    ends the work.
+    `recording` may be the path of its file. Only `effects` (names, such as those in `EFFECTS`, and classes of your own;
+    None: all that are known) without those in `exclude` are sought. `on_progress` is called with a `Progress` as the
+    work goes on, by one thread at a time; what it raises ends the work.
 
     `seed` draws the shuffles that tell a dependence from chance, and encoder offsets.
 
@@ -165,7 +165,7 @@ def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVo
 
 def _is_explained(study: Study, fitted: Fitted) -> bool:
     """`fitted` leaves no more than the encoder's rounding may, or what its laws are off by."""
-    if fitted.chi2 <= enough(fitted.names, EXPLAINED):
+    if fitted.chi2 <= enough(fitted, EXPLAINED):
         return True
     return study.packed.observation.floor_known and fitted.chi2 <= rounding_chi2(study.solver, fitted)
 
@@ -203,16 +203,17 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
 def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:
     """Of each effect."""
     pairs = [(named, other) for named in found.named for other in named.rivals[:RIVALS]]
-    added = [next(name for name in other.names if name not in found.fitted.names) for _, other in pairs]
+    added = [_added(other, found) for _, other in pairs]
     far = FAR * held.fitted.chi2
-    bars = [np.inf if name in named.equal else far for name, (named, _) in zip(added, pairs, strict=True)]
+    bars = [np.inf if one.name in named.equal else far for one, (named, _) in zip(added, pairs, strict=True)]
     drifts = side_by_side(
         lambda pair: held.drift(pair[0][1].motor, pair[0][1], pair[1]), list(zip(pairs, bars, strict=True))
     )
     rivals: dict[str, list[Rival]] = {named.name: [] for named in found.named}
-    for name, (named, _), drift in zip(added, pairs, drifts, strict=True):
+    for one, (named, _), drift in zip(added, pairs, drifts, strict=True):
         if drift <= held.before.drift:
-            rivals[named.name].append(Rival(name, drift - held.after.drift, name in named.equal))
+            equal, wider = one.name in named.equal, named.name in one.contains
+            rivals[named.name].append(Rival(one.name, drift - held.after.drift, equal, wider))
     return {name: tuple(sorted(its, key=lambda rival: rival.chi2_excess)) for name, its in rivals.items()}
 
 
@@ -221,16 +222,17 @@ def _twins(found: Found, effects: tuple[FoundEffect, ...]) -> dict[tuple[str, st
     twins = {}
     for named in found.named:
         [effect] = [effect for effect in effects if effect.name == named.name]
-        close = [rival.name for rival in effect.rivals if rival.inseparable and named.name not in _contained(rival)]
+        close = [rival.name for rival in effect.rivals if rival.inseparable and not rival.wider]
         for other in named.rivals[:RIVALS]:
-            name = next(name for name in other.names if name not in found.fitted.names)
+            name = _added(other, found).name
             if name in close:
                 twins[named.name, name] = other
     return twins
 
 
-def _contained(rival: Rival) -> tuple[str, ...]:
-    return EFFECTS[rival.name].contains
+def _added(other: Fitted, found: Found) -> AbstractEffect:
+    """The effect of `other` that the motor of `found` has not."""
+    return next(effect for effect in other.template.effects if effect.name not in found.fitted.names)
 
 
 def _ambiguous(fitted: Fitted, spread: np.ndarray, twins: dict[tuple[str, str], Fitted]) -> list[str]:

@@ -56,6 +56,8 @@ class Rival:
     ticks; negative where it does better."""
     inseparable: bool
     """This recording cannot tell the two apart."""
+    wider: bool = False
+    """Its law contains the named effect's."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from jaxmotor.diagnosis._found import Found
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.diagnosis._study import Study
 from jaxmotor.estimate import HIDDEN, Allowed, Fit, Hidden, OpenHypothesis, drives, open_hypotheses
-from jaxmotor.motor import EFFECTS, Motor
+from jaxmotor.motor import Motor
 from jaxmotor.motor.effects._base import AbstractDelayEffect
 
 LAWS = dict(
@@ -49,7 +49,7 @@ def moves(opened: tuple[OpenHypothesis, ...], motor: Motor) -> bool:
 
 def _beside(solver: Solver, fitted: Fitted) -> list[Hidden]:
     """Each law that `fitted` has not, alone beside it."""
-    there = {law for name in fitted.names for law in (name, *EFFECTS[name].contains)}
+    there = {law for effect in fitted.template.effects for law in (effect.name, *effect.contains)}
     columns = _columns(solver, fitted)
     basis, sizes, right = np.linalg.svd(np.delete(fitted.jacobian, PRIOR, axis=1), full_matrices=False)
     inverse = right.T @ np.diag(np.where(sizes > 1e-7 * sizes[0], 1 / sizes, 0.0))

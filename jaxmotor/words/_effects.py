@@ -7,7 +7,7 @@ from typing import Any
 
 from jaxmotor._numbers import with_error
 from jaxmotor.diagnosis import FoundEffect
-from jaxmotor.motor.effects import EFFECTS, AbstractEffect, parameters
+from jaxmotor.motor.effects import AbstractEffect, parameters, vocabulary
 
 FRIENDLY = {
     "V": (1e3, "mV"),
@@ -59,4 +59,5 @@ def named(effect: str) -> str:
 
 def spoken(text: str) -> str:
     """`text` with the names of effects as words."""
-    return re.sub(r"[a-z]+_[a-z_]+", lambda found: named(found[0]) if found[0] in EFFECTS else found[0], text)
+    known = vocabulary()
+    return re.sub(r"[a-z]+_[a-z_]+", lambda found: named(found[0]) if found[0] in known else found[0], text)

@@ -73,7 +73,23 @@ class AbstractEffect(eqx.Module):
     beside: ClassVar[tuple[str, ...]] = ()
     """Effects without which its law fits no motor: they are tried with it first."""
     contains: ClassVar[tuple[str, ...]] = ()
-    """Effects that are special cases of it."""
+    """Effects that are special cases of it: never together with it in one motor."""
+    same_as: ClassVar[tuple[str, ...]] = ()
+    """Effects that are the same law, whatever it is called: tried once, and all named as alternatives. Said once, here
+    or there, it holds both ways; so do `excludes` and `kin`."""
+    excludes: ClassVar[tuple[str, ...]] = ()
+    """Further effects that cannot be together with it in one motor. Two that bring a load never can."""
+    kin: ClassVar[tuple[str, ...]] = ()
+    """Effects of one parameter of the same unit, as it has, that do the same while the motor turns one way or changes
+    slowly: where one of them is found, the others are near."""
+    rarity: ClassVar[float] = 1.0
+    """Of effects that explain a recording equally well the least rare is preferred: 0 the most usual, 1 all others."""
+    always_tried: ClassVar[bool] = False
+    """It is like no small multiple of itself: fitted beside the linear motor whatever its score."""
+    explained_chi2: ClassVar[float] = 1.0
+    """chi2 per sample up to which a motor with it leaves nothing unexplained, where its law is not exact."""
+    holds_by: ClassVar[str] = ""
+    """Its parameter [V] that is the voltage up to which it keeps a motor at rest; empty where it does not."""
     roughness: ClassVar[float] = 0.0
     """Relative error of its parameters that its law's simplifications bring, as blind tests show it."""
     unlikeness: ClassVar[float] = 1.0
