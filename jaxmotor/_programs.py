@@ -34,8 +34,9 @@ Call = Callable[[list[Any]], Arrays]
 PACKAGE = Path(__file__).parent
 MOST = 96
 """Programs that a process keeps; more come from the disk again."""
-KNOWN = ("builtins", "jaxmotor", "jax", "equinox")
-"""Packages whose classes programs on the disk may hold."""
+PLAIN = (tuple, list, dict, type(None))
+KNOWN = ("jaxmotor", "jax", "equinox")
+"""Packages whose classes programs on the disk may hold, beside what is `PLAIN`."""
 DIGEST = hashlib.sha256().digest_size
 
 
@@ -207,7 +208,7 @@ def _is_ours(tree: Any) -> bool:
     """All classes in `tree` are of known sources. A program with the law of somebody else's would outlive a change of
     that law: only JAX's own cache, which knows what was lowered, keeps it."""
     about = tree.node_data()
-    known = about is None or about[0].__module__.partition(".")[0] in KNOWN
+    known = about is None or about[0] in PLAIN or about[0].__module__.partition(".")[0] in KNOWN
     return known and all(map(_is_ours, tree.children()))
 
 

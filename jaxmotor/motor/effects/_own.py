@@ -1,5 +1,6 @@
 """Whether a class that somebody else wrote is an effect that can be simulated and fitted."""
 
+import dataclasses
 import inspect
 import re
 import string
@@ -90,7 +91,7 @@ def _units(effect: type[AbstractEffect]) -> list[str]:
 def _check_fields(effect: type[AbstractEffect]) -> None:
     about = parameters(effect)
     kinds = typing.get_args(Kind)
-    for name in getattr(effect, "__dataclass_fields__", {}):
+    for name in [field.name for field in dataclasses.fields(effect)]:
         if not about.get(name, {}).get("unit"):
             raise JaxmotorError(
                 f"{effect.__name__}.{name} has no unit: make it a parameter(unit, kind, neutral=, start=, scale=)"
