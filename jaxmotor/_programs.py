@@ -34,6 +34,9 @@ Call = Callable[[list[Any]], Arrays]
 PACKAGE = Path(__file__).parent
 MOST = 96
 """Programs that a process keeps; more come from the disk again."""
+PLAIN = (tuple, list, dict, type(None))
+KNOWN = ("jaxmotor", "jax", "equinox")
+"""Packages whose classes programs on the disk may hold, beside what is `PLAIN`."""
 DIGEST = hashlib.sha256().digest_size
 
 
@@ -57,7 +60,7 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
             def flat(leaves: list[Any]) -> Arrays:
                 return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
 
-            if folder is None:
+            if folder is None or not _is_ours(tree):
                 return _lowered(flat, leaves).compile(compiler_options=_quickly())
             path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.program"
             return _loaded(path, leaves) or _compiled(path, flat, leaves)
@@ -199,6 +202,14 @@ def _key(function: Callable[..., Arrays], static: Any, tree: Any, leaves: list[A
     shapes = [(leaf.shape, str(leaf.dtype)) for leaf in leaves]
     about = (function.__module__, str(tree), str(static), shapes, np.dtype(jnp.result_type(float)))
     return hashlib.sha256(repr((*about, _machine(), _sources())).encode()).hexdigest()[:32]
+
+
+def _is_ours(tree: Any) -> bool:
+    """All classes in `tree` are of known sources. A program with the law of somebody else's would outlive a change of
+    that law: only JAX's own cache, which knows what was lowered, keeps it."""
+    about = tree.node_data()
+    known = about is None or about[0] in PLAIN or about[0].__module__.partition(".")[0] in KNOWN
+    return known and all(map(_is_ours, tree.children()))
 
 
 @functools.cache

@@ -107,11 +107,7 @@ def _design(
     plant: Sampled, gains: tuple[float, float], motor: Motor, hardware: Hardware, notes: tuple[str, ...]
 ) -> PositionDesign:
     loop = position_loop(plant, *gains, hardware.period_s)
-    held = sum(
-        float(getattr(effect, "static_volts_V", getattr(effect, "volts_V", 0.0)))
-        for effect in motor.effects
-        if effect.name in ("coulomb_friction", "stiction", "dead_zone", "input_threshold")
-    )
+    held = sum(float(getattr(effect, effect.holds_by)) for effect in motor.effects if effect.holds_by)
     return PositionDesign(
         gain_V_rad=gains[0],
         speed_gain_V_s_rad=gains[1],

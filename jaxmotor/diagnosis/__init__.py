@@ -16,5 +16,4 @@ from jaxmotor.diagnosis._looks import looks as looks
 from jaxmotor.diagnosis._loops import LoopGain as LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts as MissingVolts
 from jaxmotor.diagnosis._missing import missing_volts as missing_volts
-from jaxmotor.diagnosis._open_world import learn as learn
 from jaxmotor.diagnosis._request import Progress as Progress

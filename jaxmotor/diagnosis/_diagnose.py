@@ -1,29 +1,31 @@
 """From a recording to what its linear model gets wrong, why, and what a longer model is worth."""
 
+import dataclasses
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 
 from jaxmotor._arguments import check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
+from jaxmotor.diagnosis._curves import learned_laws
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
 from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, Found, enough
-from jaxmotor.diagnosis._free import linear_of, without_timing
+from jaxmotor.diagnosis._free import linear_of, of_motor
 from jaxmotor.diagnosis._held_out import HeldOut, hold_out, worth_of
 from jaxmotor.diagnosis._joint import joint_covariance
 from jaxmotor.diagnosis._left_open import left_open, moves
 from jaxmotor.diagnosis._looks import Look, looks
 from jaxmotor.diagnosis._loops import loop_gains
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
-from jaxmotor.diagnosis._open_world import learn
+from jaxmotor.diagnosis._moments import moment_error
 from jaxmotor.diagnosis._parallel import side_by_side
-from jaxmotor.diagnosis._request import Progress, Request
+from jaxmotor.diagnosis._request import Asked, Progress, Request
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
@@ -32,8 +34,8 @@ from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
-from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import OF_LOG, contained_in
+from jaxmotor.motor import AbstractEffect, Motor
+from jaxmotor.motor.effects import OF_LOG, AbstractDisturbance, AbstractLearnedEffect, AbstractStepInTime
 from jaxmotor.recording import Recording, check, recording_of
 
 OUTSIDE = 0.6
@@ -53,16 +55,16 @@ UNKNOWN = 0.5
 def diagnose(
     recording: Recording | str | os.PathLike[str],
     *,
-    effects: Iterable[str] | None = None,
-    exclude: Iterable[str] = (),
+    effects: Asked | None = None,
+    exclude: Asked = (),
     seed: int = 0,
     on_progress: Callable[[Progress], object] | None = None,
 ) -> Diagnosis:
     """Say what the linear motor of `recording` gets wrong, name the causes, and measure what knowing them is worth.
 
-    `recording` may be the path of its file. Only `effects` (names in `EFFECTS`; None: all) without those in `exclude`
-    are sought. `on_progress` is called with a `Progress` as the work goes on, by one thread at a time; what it raises
-    ends the work.
+    `recording` may be the path of its file. Only `effects` (names, such as those in `EFFECTS`, and classes of your own;
+    None: all that are known) without those in `exclude` are sought. `on_progress` is called with a `Progress` as the
+    work goes on, by one thread at a time; what it raises ends the work.
 
     `seed` draws the shuffles that tell a dependence from chance, and encoder offsets.
 
@@ -95,19 +97,23 @@ def diagnose(
     spread = with_average(covariance(found.fitted, study.block), fit)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
-    causes, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
-    twins = _twins(found, causes)
+    every, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
+    laws = learned_laws(search, found, held, spread, study.block, partial=verdict == "unexplained")
+    every = tuple(dataclasses.replace(one, curve=laws.get(one.name)) for one in every)
+    causes = tuple(one for one in every if not isinstance(one.effect, AbstractDisturbance))
+    twins = _twins(found, every)
     errors = linear_errors(found.fitted, with_twins(found.fitted, spread, list(twins.values())))
     opened, allowed = left_open(study, fit, found, errors)
     undecided = verdict == "complete" and moves(opened, found.fitted.motor)
     return Diagnosis(
         fit=fit,
-        linear=without_timing(linear.motor),
-        motor=without_timing(found.fitted.motor),
+        linear=of_motor(linear.motor),
+        motor=of_motor(found.fitted.motor),
         standard_error=errors,
         covariance=linear_covariance(found.fitted, spread),
         joint=joint_covariance(found.fitted, spread, rig_of(study.recording, study.trial)),
         effects=causes,
+        disturbances=tuple(one for one in every if one not in causes),
         probabilities=found.probabilities,
         verdict="unexplained" if undecided else verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
@@ -118,10 +124,10 @@ def diagnose(
         looks=found_looks,
         left=left,
         left_looks=left_looks,
-        learned=learn(recording, study.solver, found.fitted) if verdict == "unexplained" else (),
+        learned=tuple(laws.values()),
         experiments=_experiments(study, found.fitted, twins),
         notes=_once(
-            *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, causes),
+            *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, every),
             *_ambiguous(found.fitted, spread, twins),
             *(one.sentence for one in (fit.average, timing) if one is not None),
             *(one.note for one in opened),
@@ -172,7 +178,7 @@ def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVo
 
 def _is_explained(study: Study, fitted: Fitted) -> bool:
     """`fitted` leaves no more than the encoder's rounding may, or what its laws are off by."""
-    if fitted.chi2 <= enough(fitted.names, EXPLAINED):
+    if fitted.chi2 <= enough(fitted, EXPLAINED):
         return True
     return study.packed.observation.floor_known and fitted.chi2 <= rounding_chi2(study.solver, fitted)
 
@@ -182,7 +188,8 @@ def _verdict(
 ) -> Verdict:
     if not found.named and any(look.outside and look.share > OUTSIDE for look in first):
         return "unexplained"
-    if not _is_explained(study, found.fitted):
+    disturbed = any(isinstance(effect, AbstractDisturbance) for effect in found.fitted.template.effects)
+    if disturbed or not _is_explained(study, found.fitted):
         return "unexplained"
     loud = left.rms_V > 1.25 * left.noise_V
     if loud and left_looks and left_looks[0].beyond_chance and left_looks[0].outside and left_looks[0].share > OUTSIDE:
@@ -199,6 +206,8 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
     for effect, error in zip(found.fitted.motor.effects, errors, strict=True):
         if isinstance(effect, OF_LOG):
             continue
+        if isinstance(effect, AbstractStepInTime):
+            error["moment_s"] = moment_error(study.solver, found.fitted, effect, rig)
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
         effects.append(
@@ -210,16 +219,17 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
 def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:
     """Of each effect."""
     pairs = [(named, other) for named in found.named for other in named.rivals[:RIVALS]]
-    added = [next(name for name in other.names if name not in found.fitted.names) for _, other in pairs]
+    added = [_added(other, found) for _, other in pairs]
     far = FAR * held.fitted.chi2
-    bars = [np.inf if name in named.equal else far for name, (named, _) in zip(added, pairs, strict=True)]
+    bars = [np.inf if one.name in named.equal else far for one, (named, _) in zip(added, pairs, strict=True)]
     drifts = side_by_side(
         lambda pair: held.drift(pair[0][1].motor, pair[0][1], pair[1]), list(zip(pairs, bars, strict=True))
     )
     rivals: dict[str, list[Rival]] = {named.name: [] for named in found.named}
-    for name, (named, _), drift in zip(added, pairs, drifts, strict=True):
+    for one, (named, _), drift in zip(added, pairs, drifts, strict=True):
         if drift <= held.before.drift:
-            rivals[named.name].append(Rival(name, drift - held.after.drift, name in named.equal))
+            equal, wider = one.name in named.equal, named.name in one.contains
+            rivals[named.name].append(Rival(one.name, drift - held.after.drift, equal, wider))
     return {name: tuple(sorted(its, key=lambda rival: rival.chi2_excess)) for name, its in rivals.items()}
 
 
@@ -228,16 +238,17 @@ def _twins(found: Found, effects: tuple[FoundEffect, ...]) -> dict[tuple[str, st
     twins = {}
     for named in found.named:
         [effect] = [effect for effect in effects if effect.name == named.name]
-        close = [rival.name for rival in effect.rivals if rival.inseparable and named.name not in _contained(rival)]
+        close = [rival.name for rival in effect.rivals if rival.inseparable and not rival.wider]
         for other in named.rivals[:RIVALS]:
-            name = next(name for name in other.names if name not in found.fitted.names)
+            name = _added(other, found).name
             if name in close:
                 twins[named.name, name] = other
     return twins
 
 
-def _contained(rival: Rival) -> tuple[str, ...]:
-    return contained_in(rival.name)
+def _added(other: Fitted, found: Found) -> AbstractEffect:
+    """The effect of `other` that the motor of `found` has not."""
+    return next(effect for effect in other.template.effects if effect.name not in found.fitted.names)
 
 
 def _ambiguous(fitted: Fitted, spread: np.ndarray, twins: dict[tuple[str, str], Fitted]) -> list[str]:
@@ -252,7 +263,10 @@ def _ambiguous(fitted: Fitted, spread: np.ndarray, twins: dict[tuple[str, str], 
     return notes
 
 
-def _unknown(effect, error: dict[str, float]) -> tuple[str, ...]:
+def _unknown(effect: AbstractEffect, error: dict[str, float]) -> tuple[str, ...]:
+    if isinstance(effect, AbstractLearnedEffect):
+        # Its terms mean nothing one by one.
+        return ()
     values = {name: float(getattr(effect, name)) for name in error}
     return tuple(name for name in error if name != "phase_rad" and error[name] > UNKNOWN * abs(values[name]))
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from jaxmotor._numbers import with_error
 from jaxmotor._shown import Row, Shown
 from jaxmotor.diagnosis._experiment import Experiment
 from jaxmotor.diagnosis._learned_law import LearnedLaw
@@ -56,6 +57,8 @@ class Rival:
     ticks; negative where it does better."""
     inseparable: bool
     """This recording cannot tell the two apart."""
+    wider: bool = False
+    """Its law contains the named effect's."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -75,10 +78,22 @@ class FoundEffect:
     """Of all models tried, by blocks left out."""
     family_probability: float
     """The same of it or of any rival that is inseparable."""
+    curve: LearnedLaw | None = None
+    """Where it was learned as a curve."""
 
     @property
     def name(self) -> str:
         return self.effect.name
+
+    @property
+    def sentence(self) -> str:
+        """What it does, with its parameters ± 95 % in SI."""
+        about = parameters(self.effect)
+        shown = {
+            name: with_error(value, self.standard_error[name], about[name]["unit"])
+            for name, value in self.parameters.items()
+        }
+        return self.effect.says.format(**shown)
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -139,6 +154,8 @@ class Diagnosis(Shown):
     """Of all four and the effects' parameters (`coulomb_friction.volts_V`), but for those that are not determined."""
     effects: tuple[FoundEffect, ...]
     """The largest held-out gain first."""
+    disturbances: tuple[FoundEffect, ...]
+    """What acted from outside while this was recorded: no part of the motor. The verdict is then `unexplained`."""
     probabilities: dict[str, float]
     """Of each effect that was tried, and of `none`, the largest first; nothing where a disturbance from outside lets
     none be trusted."""
@@ -161,7 +178,8 @@ class Diagnosis(Shown):
     """The voltage that the extended motor lacks."""
     left_looks: tuple[Look, ...]
     learned: tuple[LearnedLaw, ...]
-    """What is left as a smooth law of each coordinate, the most telling first; none unless `unexplained`."""
+    """Laws learned as curves: those of `effects` and `disturbances`, and where the verdict is `unexplained` what else
+    was tried, the most telling first."""
     experiments: tuple[Experiment, ...]
     """What to record next to tell rivals apart, the most telling first."""
     notes: tuple[str, ...]
@@ -182,6 +200,9 @@ class Diagnosis(Shown):
         """The most telling look at what is left, where the verdict is `unexplained`."""
         if self.verdict != "unexplained":
             return None
+        if self.disturbances:
+            text = "; ".join(one.sentence for one in self.disturbances)
+            return Look("time", text, 1.0, 0.0, np.zeros(0), np.zeros(0), outside=True)
         if self.undecided:
             names = ", ".join(one.phrase for one in self.open_hypotheses)
             text = f"{names} or nothing, which this input does not show"

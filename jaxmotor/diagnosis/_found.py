@@ -8,9 +8,6 @@ NEARLY = 1.06
 """chi2 per sample up to which motors scatter that leave nothing but the encoder's error."""
 EXPLAINED = 1.15
 """chi2 per sample up to which nothing is unexplained; two laws are not that exact themselves."""
-ROUGH = {"missed_counts": 2.1, "backlash": 1.5}
-"""The same where an effect is named whose law is not exact: lost counts are rounded twice, and where in its gap a load
-hangs at the start of an experiment is not known."""
 COARSE = 2e-4
 """Part of chi2 that a step of a fit must promise while effects are compared; `FINE` once they are chosen."""
 FINE = 1e-6
@@ -43,6 +40,6 @@ class Found:
     the linear motor's weight. Nothing where none is trusted."""
 
 
-def enough(names: tuple[str, ...], otherwise: float) -> float:
-    """chi2 per sample at which a motor with these effects leaves nothing unexplained."""
-    return max([otherwise, *(ROUGH[name] for name in names if name in ROUGH)])
+def enough(fitted: Fitted, otherwise: float) -> float:
+    """chi2 per sample at which `fitted` leaves nothing unexplained: `otherwise`, or what its laws are off by."""
+    return max([otherwise, *(effect.explained_chi2 for effect in fitted.template.effects)])

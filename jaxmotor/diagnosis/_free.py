@@ -15,7 +15,15 @@ from jaxtyping import Float
 
 from jaxmotor._precision import to_jax
 from jaxmotor.motor import Motor, SecondOrder
-from jaxmotor.motor.effects import OF_LOG, AbstractEffect, free_size, parameters, to_free, values_at
+from jaxmotor.motor.effects import (
+    OF_LOG,
+    AbstractDisturbance,
+    AbstractEffect,
+    free_size,
+    parameters,
+    to_free,
+    values_at,
+)
 from jaxmotor.motor.effects._base import AbstractLagEffect, AbstractLoadEffect
 from jaxmotor.prediction import LAG_S
 
@@ -139,9 +147,9 @@ def with_effect(motor: Motor, effect: AbstractEffect) -> Motor:
     return linear_of(float(motor.linear.gain), pole, lag, float(motor.viscous_share), (*motor.effects, effect))
 
 
-def without_timing(motor: Motor) -> Motor:
-    """`motor` without what is the log's."""
-    own = tuple(effect for effect in motor.effects if not isinstance(effect, OF_LOG))
+def of_motor(motor: Motor) -> Motor:
+    """`motor` without what is the log's, and without disturbances."""
+    own = tuple(effect for effect in motor.effects if not isinstance(effect, (*OF_LOG, AbstractDisturbance)))
     return motor if len(own) == len(motor.effects) else eqx.tree_at(lambda motor: motor.effects, motor, own)
 
 

@@ -29,6 +29,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "undecided": diagnosis.undecided,
         "probabilities": {name: min(value, 1.0) for name, value in diagnosis.probabilities.items()},
         "effects": [_effect(found) for found in diagnosis.effects],
+        "disturbances": [_effect(found) for found in diagnosis.disturbances],
         "timing": None if diagnosis.timing is None else dataclasses.asdict(diagnosis.timing),
         "speed_average": None if diagnosis.average is None else dataclasses.asdict(diagnosis.average),
         "held_out": _worth(diagnosis.held_out),
@@ -122,6 +123,15 @@ def _learned(law: LearnedLaw) -> dict[str, Any]:
     return {
         "coordinate": law.coordinate,
         "text": law.text,
+        "resembles": [
+            {
+                "name": one.name,
+                "similarity": one.similarity,
+                "volts_V": one.volts,
+                "standard_error_V": one.standard_error,
+            }
+            for one in law.resembles
+        ],
         "share": law.share,
         "at": law.at.tolist(),
         "volts_V": law.volts.tolist(),

@@ -6,17 +6,16 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from jaxmotor.diagnosis._spline import steps
+from jaxmotor._numbers import with_error
+from jaxmotor.motor.effects import LearnedCoordinate
 
-LearnedCoordinate = Literal["speed", "voltage", "angle", "time"]
-HARMONICS = 8
+HARMONICS = 12
 FASTEST = 8.0
 """Cycles of a sine over the whole recording that a curve over time can show."""
 SIZES = 24
 """Of a known shape that has one, over the coordinate's range."""
 ALIKE = 0.9
 """Similarity from which a curve is said to be like a known one."""
-Shape = tuple[str, str, np.ndarray, Literal["signed", "either", "level"]]
 
 
 class Resemblance(NamedTuple):
@@ -27,6 +26,26 @@ class Resemblance(NamedTuple):
     similarity: float
     """Correlation over the range, 0 to 1, without what a gain and an offset would absorb."""
     text: str
+    volts: float = 0.0
+    """The most that the known law adds over the range, in the size that is nearest [V]."""
+    standard_error: float = 0.0
+    """[V]"""
+
+    @property
+    def sized(self) -> str:
+        """`text` and the size, for people."""
+        return f"{self.text}, of up to {with_error(1e3 * self.volts, 1e3 * self.standard_error, 'mV')}"
+
+
+class Shape(NamedTuple):
+    """A known law over a coordinate."""
+
+    name: str
+    text: str
+    columns: np.ndarray
+    """(n, 1 or 2) [1]"""
+    kind: Literal["signed", "either", "level"]
+    """Of one sign only; of either; a constant one."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -54,7 +73,7 @@ class LearnedLaw:
         """Which known law it is like, for people; empty where nothing is explained."""
         if not self.resembles:
             return ""
-        return self.resembles[0].text if self.resembles[0].similarity > ALIKE else "like no known law"
+        return self.resembles[0].sized if self.resembles[0].similarity > ALIKE else "like no known law"
 
     @property
     def text(self) -> str:
@@ -65,75 +84,103 @@ class LearnedLaw:
 
 
 def resemblances(
-    coordinate: LearnedCoordinate, at: np.ndarray, volts: np.ndarray, weight: np.ndarray, jump: float | None
+    coordinate: LearnedCoordinate, at: np.ndarray, volts: np.ndarray, weight: np.ndarray, covariance: np.ndarray
 ) -> tuple[Resemblance, ...]:
-    """Known shapes that are like `volts`, the most alike first; each once, in the size that fits best."""
+    """Known shapes that are like `volts` (n,) of this `covariance`, the most alike first; each once, in the size that
+    fits best."""
     best: dict[str, Resemblance] = {}
-    for name, text, columns, kind in _shapes(coordinate, at, jump):
-        similarity = _similarity(coordinate, at, volts, weight, columns, kind)
-        if name not in best or similarity > best[name].similarity:
-            best[name] = Resemblance(name, similarity, text)
+    for shape in _shapes(coordinate, at):
+        found = _resemblance(coordinate, at, volts, weight, covariance, shape)
+        if shape.name not in best or found.similarity > best[shape.name].similarity:
+            best[shape.name] = found
     return tuple(sorted(best.values(), key=lambda one: -one.similarity))
 
 
-def _shapes(coordinate: LearnedCoordinate, at: np.ndarray, jump: float | None) -> Iterator[Shape]:
-    """Name, text, columns (n, k) and what about it is free."""
-    if coordinate == "speed":
-        return _over_speed(at)
-    if coordinate == "voltage":
-        return _over_voltage(at)
-    return _over_angle(at) if coordinate == "angle" else _over_time(at, jump)
+def _shapes(coordinate: LearnedCoordinate, at: np.ndarray) -> Iterator[Shape]:
+    match coordinate:
+        case "speed":
+            return _over_speed(at)
+        case "voltage":
+            return _over_voltage(at)
+        case "angle":
+            return _over_angle(at)
+        case "time":
+            return _over_time(at)
 
 
 def _over_speed(at: np.ndarray) -> Iterator[Shape]:
-    yield "coulomb_friction", "like Coulomb friction", -np.sign(at)[:, None], "signed"
-    yield "quadratic_drag", "like a drag with the speed squared", (-at * np.abs(at))[:, None], "signed"
-    yield "voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level"
+    sign, size = np.sign(at), np.abs(at)
+    yield Shape("coulomb_friction", "like Coulomb friction", -sign[:, None], "signed")
+    yield Shape("quadratic_drag", "like a drag with the square of the speed", (-at * size)[:, None], "signed")
+    yield Shape("cubic_drag", "like a drag with the cube of the speed", -(at**3)[:, None], "signed")
+    for speed in size.max() * np.arange(1, SIZES) / SIZES:
+        near = -sign * np.exp(-np.square(at / speed))
+        yield Shape("stribeck", f"like a friction that falls within {speed:.2g} rad/s", near[:, None], "signed")
+        full = -sign * -np.expm1(-size / speed)
+        yield Shape("exponential", f"like a drag that is full from {speed:.2g} rad/s on", full[:, None], "signed")
+    yield Shape("voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level")
 
 
 def _over_voltage(at: np.ndarray) -> Iterator[Shape]:
     size = np.abs(at)
     for volts in size.max() * np.arange(1, SIZES) / SIZES:
         place = f"{volts:.2g} V"
-        yield "dead_zone", f"like a dead zone of {place}", -np.clip(at, -volts, volts)[:, None], "signed"
-        yield "input_threshold", f"like a threshold at {place}", -np.where(size < volts, at, 0.0)[:, None], "signed"
+        yield Shape("dead_zone", f"like a dead zone of {place}", -np.clip(at, -volts, volts)[:, None], "signed")
+        below = -np.where(size < volts, at, 0.0)
+        yield Shape("input_threshold", f"like a threshold at {place}", below[:, None], "signed")
         clipped = np.clip(at, -volts, volts) - at
-        yield "voltage_saturation", f"like a saturation at {place}", clipped[:, None], "signed"
-    yield "direction_asymmetry", "like a drive that is stronger one way", size[:, None], "either"
-    yield "voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level"
+        yield Shape("voltage_saturation", f"like a saturation at {place}", clipped[:, None], "signed")
+    yield Shape("cubic_drive", "like the cube of the voltage", (at**3)[:, None], "either")
+    yield Shape("direction_asymmetry", "like a drive that is stronger one way", size[:, None], "either")
+    yield Shape("voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level")
 
 
 def _over_angle(at: np.ndarray) -> Iterator[Shape]:
     for n in range(1, HARMONICS + 1):
-        yield "cogging", f"like a sine of {n} per turn", np.column_stack([np.sin(n * at), np.cos(n * at)]), "either"
-    yield "voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level"
+        wave = np.column_stack([np.sin(n * at), np.cos(n * at)])
+        yield Shape("cogging", f"like a sine of {n} per turn", wave, "either")
+    for begin in np.linspace(0, 2 * np.pi, SIZES, endpoint=False):
+        for width in np.pi * np.arange(1, 13) / 12:
+            inside = np.mod(at - begin, 2 * np.pi) < width
+            text = f"like a sector of {np.degrees(width):.0f} degrees"
+            yield Shape("sector", text, inside.astype(float)[:, None], "either")
+    yield Shape("voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level")
 
 
-def _over_time(at: np.ndarray, jump: float | None) -> Iterator[Shape]:
-    if jump is not None:
-        yield "step", f"like a step at {jump:.1f} s", steps(at, np.array([jump])), "either"
-    yield "drift", "like a steady drift", at[:, None], "either"
+def _over_time(at: np.ndarray) -> Iterator[Shape]:
+    yield Shape("drift", "like a steady drift", at[:, None], "either")
     duration = float(np.ptp(at))
     for cycles in np.arange(1.0, FASTEST, 0.25) if duration > 0 else ():
         angle = 2 * np.pi * cycles / duration * at
         text = f"like a sine of {cycles / duration:.2g} Hz"
-        yield "sine", text, np.column_stack([np.sin(angle), np.cos(angle)]), "either"
-    yield "voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level"
+        yield Shape("sine", text, np.column_stack([np.sin(angle), np.cos(angle)]), "either")
+    yield Shape("voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level")
 
 
-def _similarity(
-    coordinate: LearnedCoordinate, at: np.ndarray, volts: np.ndarray, weight: np.ndarray, columns: np.ndarray, kind: str
-) -> float:
+def _resemblance(
+    coordinate: LearnedCoordinate,
+    at: np.ndarray,
+    volts: np.ndarray,
+    weight: np.ndarray,
+    covariance: np.ndarray,
+    shape: Shape,
+) -> Resemblance:
+    """In the size that is nearest by weighted least squares, beside what a gain and an offset would absorb."""
     root = np.sqrt(weight)
     absorbed = [np.ones_like(at)]
     if coordinate in ("speed", "voltage"):
         absorbed.append(at)
-    columns, curve = columns * root[:, None], volts * root
-    if kind != "level":
+    columns, curve = shape.columns * root[:, None], volts * root
+    if shape.kind != "level":
         taken = np.linalg.qr(np.column_stack(absorbed) * root[:, None])[0]
         columns, curve = columns - taken @ (taken.T @ columns), curve - taken @ (taken.T @ curve)
-    size = np.linalg.lstsq(columns, curve)[0]
-    if kind == "signed" and size[0] <= 0:
-        return 0.0
-    length = float(np.linalg.norm(curve))
-    return float(np.clip(np.linalg.norm(columns @ size) / length, 0.0, 1.0)) if length > 0 else 0.0
+    into = np.linalg.pinv(columns)
+    size, length = into @ curve, float(np.linalg.norm(curve))
+    if length == 0 or (shape.kind == "signed" and size[0] <= 0):
+        return Resemblance(shape.name, 0.0, shape.text)
+    similarity = float(np.clip(np.linalg.norm(columns @ size) / length, 0.0, 1.0))
+    most = float(np.abs(shape.columns).max())
+    spread = (into * root) @ covariance @ (into * root).T
+    way = size / np.linalg.norm(size)
+    error = most * float(np.sqrt(max(way @ spread @ way, 0.0)))
+    return Resemblance(shape.name, similarity, shape.text, most * float(np.linalg.norm(size)), error)

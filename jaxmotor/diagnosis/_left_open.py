@@ -1,15 +1,17 @@
 """What a diagnosis leaves open: laws that the motor, with the effects named, can imitate."""
 
+import dataclasses
+
 import numpy as np
+from jaxtyping import Array
 
 from jaxmotor._precision import to_jax
-from jaxmotor.diagnosis._coordinates import under
 from jaxmotor.diagnosis._found import Found
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.diagnosis._study import Study
+from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.estimate import HIDDEN, Allowed, Fit, Hidden, OpenHypothesis, drives, open_hypotheses
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import contained_in
 from jaxmotor.motor.effects._base import AbstractDelayEffect
 
 LAWS = dict(
@@ -50,7 +52,7 @@ def moves(opened: tuple[OpenHypothesis, ...], motor: Motor) -> bool:
 
 def _beside(solver: Solver, fitted: Fitted) -> list[Hidden]:
     """Each law that `fitted` has not, alone beside it."""
-    there = {law for name in fitted.names for law in (name, *contained_in(name))}
+    there = {law for effect in fitted.template.effects for law in (effect.name, *effect.contains)}
     columns = _columns(solver, fitted)
     basis, sizes, right = np.linalg.svd(np.delete(fitted.jacobian, PRIOR, axis=1), full_matrices=False)
     inverse = right.T @ np.diag(np.where(sizes > 1e-7 * sizes[0], 1 / sizes, 0.0))
@@ -76,7 +78,7 @@ def _columns(solver: Solver, fitted: Fitted) -> list[np.ndarray]:
     turning = _earlier(turning, sum(delays) / float(np.median(np.asarray(lanes.duration))))
     found = []
     for drive in drives(to_jax(volts), to_jax(np.asarray(lanes.reset)), to_jax(turning)):
-        other = Solver(under(solver.trial, to_jax(volts + SMALL * np.asarray(drive))))
+        other = Solver(_under(solver.trial, to_jax(volts + SMALL * np.asarray(drive))))
         found.append((other.residual_of(fitted.motor, fitted.speeds)[1] - before) / SMALL)
     return [*found, fitted.jacobian[:, PRIOR[0]]]
 
@@ -85,3 +87,9 @@ def _earlier(rows: np.ndarray, by: float) -> np.ndarray:
     """(lane, row) `rows` earlier `by` rows: what a torque depends on, as the voltage that acts with it."""
     at = np.arange(rows.shape[1])
     return np.stack([np.interp(at + by, at, lane, right=0.0) for lane in rows])
+
+
+def _under(trial: Trial, volts: Array) -> Trial:
+    """`trial` with other `volts` (lane, row)."""
+    lanes = trial.problem.lanes._replace(volts=volts)  # pyright: ignore[reportArgumentType]
+    return dataclasses.replace(trial, problem=dataclasses.replace(trial.problem, lanes=lanes))

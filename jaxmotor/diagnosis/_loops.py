@@ -7,7 +7,7 @@ import numpy as np
 from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._errors import covariance
 from jaxmotor.diagnosis._found import FINE, Found
-from jaxmotor.diagnosis._free import motors_at, without_timing
+from jaxmotor.diagnosis._free import motors_at, of_motor
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._study import Study
 from jaxmotor.motor import Motor
@@ -69,4 +69,4 @@ def _drawn(fitted: Fitted, study: Study, solver: Solver, seed: int) -> Motor:
     # What is hardly known is not drawn from beyond where a fit would step at once.
     moved = np.clip(moved, -layout.longest, layout.longest)
     frees = np.clip(fitted.free + np.concatenate([np.zeros((1, len(size))), moved]), layout.low, layout.high)
-    return to_jax(without_timing(motors_at(fitted.template, frees)))
+    return to_jax(of_motor(motors_at(fitted.template, frees)))

@@ -2,15 +2,16 @@
 
 import threading
 from collections.abc import Callable, Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from jaxmotor._arguments import check_choice
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import shown
-from jaxmotor.motor.effects import DISTURBANCES, EFFECTS, LEARNED
+from jaxmotor.motor.effects import AbstractEffect, known_effect, vocabulary
 
 STAGES = ("linear fit", "effects", "held-out scoring", "what is left open", "done")
-VOCABULARY = (*EFFECTS, *LEARNED, *DISTURBANCES)
+Asked = str | type[AbstractEffect] | Iterable[str | type[AbstractEffect]]
+"""Effects by their names, or classes of one's own; one of them, or several."""
 
 
 class Progress(NamedTuple):
@@ -29,16 +30,23 @@ class Request:
 
     def __init__(
         self,
-        effects: Iterable[str] | None = None,
-        exclude: Iterable[str] = (),
+        effects: Asked | None = None,
+        exclude: Asked = (),
         on_progress: Callable[[Progress], object] | None = None,
     ):
-        """**Raises:** `JaxmotorError` for a name that is no effect."""
-        chosen, left_out = (_names(names) for names in (effects, exclude))
-        self.effects = frozenset(VOCABULARY if effects is None else chosen) - set(left_out)
+        """**Raises:** `JaxmotorError` for a name that is no effect, or a class that is none."""
+        asked, left_out = _each(effects), _each(exclude)
+        self.known = {**vocabulary(), **_own(asked)}
+        """The effects' classes by name."""
+        chosen = self.known if effects is None else _names(asked, self.known)
+        self.effects = frozenset(chosen) - set(_names(left_out, {**self.known, **_own(left_out)}))
         if on_progress is not None and not callable(on_progress):
             raise JaxmotorError(f"on_progress is {shown(on_progress)}; give a function of a Progress")
         self._on_progress, self._lock = on_progress, threading.Lock()
+
+    def asked(self) -> list[type[AbstractEffect]]:
+        """The effects that may be named."""
+        return [effect for name, effect in self.known.items() if name in self.effects]
 
     def tell(self, stage: int, detail: str = "") -> None:
         """The work is in `STAGES[stage]`, at `detail`."""
@@ -52,8 +60,24 @@ class Request:
             self.tell(1, f": {' + '.join(names)}")
 
 
-def _names(names: Iterable[str] | None) -> tuple[str, ...]:
-    names = (names,) if isinstance(names, str) else tuple(names or ())
+def _each(given: Any) -> tuple[Any, ...]:
+    """One, several or none."""
+    if given is None or isinstance(given, str | type):
+        return () if given is None else (given,)
+    return tuple(given) if isinstance(given, Iterable) else (given,)
+
+
+def _own(asked: tuple[Any, ...]) -> dict[str, type[AbstractEffect]]:
+    """The classes in `asked`, by name."""
+    own: dict[str, type[AbstractEffect]] = {}
+    for effect in map(known_effect, (one for one in asked if not isinstance(one, str))):
+        if own.setdefault(effect.name, effect) is not effect:
+            raise JaxmotorError(f"two classes have the name {shown(effect.name)}; give each a name of its own")
+    return own
+
+
+def _names(asked: tuple[Any, ...], known: dict[str, type[AbstractEffect]]) -> list[str]:
+    names = [one if isinstance(one, str) else one.name for one in asked]
     for name in names:
-        check_choice("the effect", name, VOCABULARY)
+        check_choice("the effect", name, known)
     return names

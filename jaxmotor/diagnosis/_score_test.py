@@ -14,7 +14,7 @@ from jaxmotor.diagnosis._free import motor_at, with_each, with_effect, without_e
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import EFFECTS, AbstractEffect, Rig, parameters
+from jaxmotor.motor.effects import AbstractEffect, Rig, parameters
 from jaxmotor.motor.effects._base import AbstractDelayEffect
 
 
@@ -61,7 +61,7 @@ def effect_columns(solver: Solver, base: Fitted, rig: Rig) -> tuple[EffectColumn
     rows = round(late(base.motor) / rig.period_s)
     if rows:
         at = _rows_before(solver.piece, rows)
-    starts = [effect.starts(rig) for name, effect in EFFECTS.items() if name in solver.request.effects]
+    starts = [effect.starts(rig) for effect in solver.request.asked() if not effect.sought_last]
     of = side_by_side(lambda own: _effect_columns(solver, motor, base.speeds, residual, own), starts)
     found = tuple(one for its in of for one in its)
     return found if at is None else tuple(dataclasses.replace(one, columns=one.columns[at]) for one in found)

@@ -15,25 +15,16 @@ from jaxmotor.diagnosis._found import COARSE, EXPLAINED, FINE, NEARLY, Found, Na
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._polish import polished
+from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, late
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import (
-    DISTURBANCES,
-    EFFECTS,
-    LEARNED,
-    AbstractEffect,
-    Rig,
-    contained_in,
-    free_size,
-    parameters,
-)
-from jaxmotor.motor.effects._base import AbstractLoadEffect
+from jaxmotor.motor.effects import AbstractEffect, AbstractLoadEffect, Rig, parameters
 
 FIRST, LATER = 7, 5
 """Candidates that are fitted beside the linear motor, and beside others."""
 RELATED = 2
-"""Of these, most that are alike (`KIN`)."""
+"""Of these, most that are alike (`Relations.kin`)."""
 BEAM = 3
 DEPTH = 4
 """Effects in one motor at most."""
@@ -46,10 +37,6 @@ NAMED = 0.5
 """Probability, of it or what it may as well be, from which an effect is named."""
 EQUAL = 0.1
 """Part of a model's weight from which another one is not told from it."""
-ALWAYS = ("transport_delay", "electrical_pole", "coast_drive", "current_limit")
-"""Fitted beside the linear motor whatever their scores: such effects are like no small multiple of themselves."""
-SHIFTS = {"timing_offset", "transport_delay"}
-"""Of which a log shows the sum."""
 LEAST, SHARE = 0.1, 0.5
 """Part of the mean square that an effect must take up where more is left than noise: some law takes up a little of
 anything. Where the noise is known, part of what is there beside it."""
@@ -61,30 +48,7 @@ LIKELY = 0.4
 """Part of the best score's gain that a law of two inertias must promise where another effect explains everything."""
 HINT = 0.5
 """Part of `NOTHING` that a score must promise where the noise is known and not much else is left."""
-USUAL = ("coulomb_friction", "transport_delay", "electrical_pole", "dead_zone", "voltage_offset", "load_torque")
-"""Of effects that explain a recording equally well, in this order; others come after them."""
-KIN = (
-    ("coulomb_friction", "dead_zone", "voltage_offset", "load_torque"),
-    ("electrical_pole", "sensor_lag", "transport_delay"),
-)
-"""Effects of one size each that are one while the motor turns one way, or changes slowly: where one of them is found,
-the others are near."""
-SAME = (
-    {"voltage_offset", "load_torque"},
-    {"coulomb_friction", "stiction"},
-    {"shaft_compliance", "backlash"},
-    {"electrical_pole", "coast_drive"},
-)
-"""Effects that say the same, or that cannot be together in one motor."""
-EQUIVALENT = SAME[0]
-"""One law, whatever it is called: tried once, and both named as alternatives."""
 CONTESTS = 3
-PRICE, MORE, RARE = 1.5, 0.75, 0.75
-"""Of an effect with one parameter, of each parameter more, and of effects that are rare (`USUAL`), in logarithms of
-probability."""
-
-LEARNED_PRICE = PRICE + 3 * MORE + RARE
-"""Of a learned curve: of a law with four parameters. What its freedom costs, blocks left out show."""
 
 NONE = "none"
 Names = frozenset[str]
@@ -95,6 +59,7 @@ class Search:
 
     def __init__(self, solver: Solver, first: Motor, linear: Fitted, rig: Rig):
         self.solver, self.first, self.linear, self.rig = solver, first, linear, rig
+        self.relations = Relations(solver.request.known)
         self.visited: dict[Names, Fitted] = {}
         self.evidence: dict[Names, Evidence] = {}
         self.tried: set[Names] = set()
@@ -135,13 +100,14 @@ class Search:
     def _simpler(self, names: Names) -> list[Names]:
         """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
         another effect does."""
-        others = [names - {name} | {simple} for name in names - self.own for simple in contained_in(name)]
+        others = [names - {name} | {simple} for name in names - self.own for simple in self.relations.simpler(name)]
         return [other for other in others if other in self.visited]
 
     def weights(self) -> dict[Names, float]:
         """Probability of each model that was visited."""
         names = list(self.visited)
-        found = weights([self.evidence[one] for one in names], [sum(map(_price, one - self.own), 0.0) for one in names])
+        prices = [sum(map(self.relations.price, one - self.own), 0.0) for one in names]
+        found = weights([self.evidence[one] for one in names], prices)
         return dict(zip(names, found.tolist(), strict=True))
 
     def _causes(self, fitted: Fitted) -> list[str]:
@@ -166,16 +132,16 @@ class Search:
         self.keep(side_by_side(functools.partial(self._fit, fitted), self._likewise(fitted, beside=False)))
 
     def _likewise(self, fitted: Fitted, *, beside: bool) -> list[Motor]:
-        """`fitted` with effects of `KIN` in the place of each other, or `beside` each other with half the size."""
+        """`fitted` with effects that are alike in each other's place, or `beside` each other with half the size."""
         motors = []
         for effect in fitted.motor.effects:
-            kin = next((names for names in KIN if effect.name in names), ())
+            kin = self.relations.kin(effect.name)
             size = max((abs(float(getattr(effect, name))) for name in parameters(effect)), default=0.0)
             size = 0.5 * size if beside else size
             bare = without_effect(fitted.motor, effect.name)
             rest = with_effect(bare, _sized(type(effect), size)) if beside and kin else bare
-            names = self.solver.request.effects.difference(fitted.names, _barred(rest))
-            others = [EFFECTS[name] for name in kin if name in names]
+            names = self.solver.request.effects.difference(fitted.names, self.relations.barred(rest.effects))
+            others = [self.relations.known[name] for name in kin if name in names]
             motors += [with_effect(rest, _sized(other, size)) for other in others]
         return motors
 
@@ -192,9 +158,9 @@ class Search:
             if quiet:
                 # Near the noise effects are small multiples of themselves, and scores good.
                 ranked = {name: its for name, its in ranked.items() if base.chi2 - its[0].chi2 > HINT * NOTHING}
-            always = ALWAYS if base is self.linear and not quiet else ()
-            leaders = _leaders(base, ranked, most, always)
-            simpler = [simple for name in leaders for simple in contained_in(name)]
+            always = self.relations.always if base is self.linear and not quiet else ()
+            leaders = self._leaders(base, ranked, most, always)
+            simpler = [simple for name in leaders for simple in self.relations.simpler(name)]
             for name in (*leaders, *simpler):
                 names = frozenset((*base.names, name))
                 if names not in self.tried and name in ranked:
@@ -206,6 +172,17 @@ class Search:
         found = self._fitted(tasks)
         self.keep(found + side_by_side(lambda task: self._fit(*task), shared))
         self.keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
+
+    def _leaders(self, base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: tuple[str, ...]) -> list[str]:
+        """`most` effects by their scores, few of them alike, and `also` these."""
+        barred = self.relations.barred(base.template.effects)
+        order = [name for name in sorted(ranked, key=lambda name: ranked[name][0].chi2) if name not in barred]
+        chosen: list[str] = []
+        for name in order:
+            alike = set(self.relations.kin(name)).intersection(chosen)
+            if len(chosen) < most and len(alike) < RELATED and not self.relations.is_told(name, chosen):
+                chosen.append(name)
+        return chosen + [name for name in also if name in order and name not in chosen]
 
     def _fitted(self, tasks: dict[Names, tuple[Fitted, list[Candidate]]]) -> list[Fitted]:
         """The best fit of each of `tasks`. Laws of two inertias take long: where another effect leaves but the known
@@ -263,8 +240,8 @@ class Search:
         """The effect that `fitted` has more takes up but a part of something else."""
         gain = shorter.chi2 - fitted.chi2
         if self.solver.noise_known:
-            return fitted.chi2 > enough(fitted.names, NEARLY) and gain < SHARE * (shorter.chi2 - 1)
-        return fitted.chi2 > enough(fitted.names, EXPLAINED) and gain < LEAST * fitted.chi2
+            return fitted.chi2 > enough(fitted, NEARLY) and gain < SHARE * (shorter.chi2 - 1)
+        return fitted.chi2 > enough(fitted, EXPLAINED) and gain < LEAST * fitted.chi2
 
     def _named(self, fitted: Fitted, name: str) -> Named:
         """The effect `name` of `fitted`, and the models with another one in its place, the best first."""
@@ -300,38 +277,9 @@ class Search:
         return polished(self.solver, fitted, COARSE) if is_wide(fitted.template.effects) else fitted
 
 
-def _leaders(base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: tuple[str, ...]) -> list[str]:
-    """`most` effects by their scores, few of them alike, and `also` these."""
-    barred = _barred(base.template)
-    order = [name for name in sorted(ranked, key=lambda name: ranked[name][0].chi2) if name not in barred]
-    chosen: list[str] = []
-    for name in order:
-        kin = next((set(names) for names in KIN if name in names), set())
-        twice = name in EQUIVALENT and EQUIVALENT.intersection(chosen)
-        if len(chosen) < most and len(kin.intersection(chosen)) < RELATED and not twice:
-            chosen.append(name)
-    return chosen + [name for name in also if name in order and name not in chosen]
-
-
 def _sized(effect: type[AbstractEffect], size: float) -> AbstractEffect:
     """With one parameter."""
     return effect.of(**dict.fromkeys(parameters(effect), size))
-
-
-def _barred(motor: Motor) -> set[str]:
-    """Effects that cannot be in a motor with those of `motor`."""
-    own = {effect.name for effect in motor.effects}
-    return {name for same in (*SAME, SHIFTS) if own.intersection(same) for name in same}
-
-
-def _price(name: str) -> float:
-    """Of the effect `name`, in logarithms of probability."""
-    if name in LEARNED or name == "wandering_torque":
-        return LEARNED_PRICE
-    if name in DISTURBANCES:
-        return PRICE + MORE * 2 + RARE
-    rare = USUAL.index(name) / len(USUAL) if name in USUAL else 1.0
-    return PRICE + MORE * (free_size(EFFECTS[name]) - 1) + RARE * rare
 
 
 def _wanted(fitted: Fitted) -> list[str]:

@@ -10,12 +10,12 @@ from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Timing
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import EFFECTS, LogFilter, TimingOffset
+from jaxmotor.motor.effects import ElectricalPole, LogFilter, SensorLag, TimingOffset
 from jaxmotor.recording import Recording
 
 TIE = 0.003
 """Difference of chi2 that decides nothing."""
-LIKE = ("electrical_pole", "sensor_lag")
+LIKE = (ElectricalPole, SensorLag)
 """Effects that a reading before its voltage changes may be mistaken for."""
 
 
@@ -39,7 +39,7 @@ def timed(recording: Recording, fit: Fit, first: Motor, request: Request) -> tup
     if not fitted.chi2 < NEARLY:
         return None
     rig = rig_of(recording, study.trial)
-    lags = [] if fit.average is not None or offset > 0 else [EFFECTS[name].starts(rig)[0] for name in LIKE]
+    lags = [] if fit.average is not None or offset > 0 else [effect.starts(rig)[0] for effect in LIKE]
     others = [study.solver.fit(with_effect(first, lag), fitted.speeds) for lag in lags]
     return None if any(other.chi2 < fitted.chi2 - TIE for other in others) else (study, fitted)
 

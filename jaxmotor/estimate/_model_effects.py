@@ -1,4 +1,4 @@
-"""The effects of a model file, each `{"name", "parameters": {...}, "standard_error": {...}}` in terms of `EFFECTS`.
+"""The effects of a model file, each `{"name", "parameters": {...}, "standard_error": {...}}` in terms of `vocabulary`.
 
 Sizes (`positive`, `amplitude`) are not negative, and a parameter is known by its name. A standard error may be missing
 or null: not known. Other keys, such as what a diagnosis says of rivals, are left alone.
@@ -12,11 +12,7 @@ from jaxmotor._json import plain
 from jaxmotor._precision import in_float64, to_numpy
 from jaxmotor._sentences import one_of, shown
 from jaxmotor.estimate._model_numbers import is_number
-from jaxmotor.motor import EFFECTS, AbstractEffect
-from jaxmotor.motor.effects import parameters
-
-LOADS = {"shaft_compliance", "backlash"}
-"""Each brings a second inertia, of which there is one."""
+from jaxmotor.motor.effects import GROUP, AbstractEffect, AbstractLoadEffect, parameters, vocabulary
 
 
 class ReadEffect(NamedTuple):
@@ -49,29 +45,34 @@ def read_effects(content: Any) -> list[ReadEffect]:
     """
     if content is None:
         return []
-    if not isinstance(content, list) or len(content) > len(EFFECTS):
+    if not isinstance(content, list) or len(content) > len(vocabulary()):
         raise ValueError("effects is not a list of effects, each once at most")
     read = [_read(item) for item in content]
     names = [each.effect.name for each in read]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
         raise ValueError(f"effects names {twice} twice")
-    if set(names) >= LOADS:
-        raise ValueError(f"effects has {' and '.join(sorted(LOADS))}, each with a load; a motor has one")
+    loads = [each.effect.name for each in read if isinstance(each.effect, AbstractLoadEffect)]
+    if len(loads) > 1:
+        raise ValueError(f"effects has {' and '.join(sorted(loads))}, each with a load; a motor has one")
     return read
 
 
 def _read(item: Any) -> ReadEffect:
     name = item.get("name") if isinstance(item, dict) else None
-    if not isinstance(name, str) or name not in EFFECTS:
-        raise ValueError(f"effects has the name {shown(name)}, which is none of {one_of(sorted(EFFECTS), name)}")
-    about = parameters(EFFECTS[name])
+    known = vocabulary()
+    if not isinstance(name, str) or name not in known:
+        raise ValueError(
+            f"effects has the name {shown(name)}, which is none of {one_of(sorted(known), name)}; an effect of "
+            f"your own is known where it is registered ({GROUP})"
+        )
+    about = parameters(known[name])
     values, errors = _table(name, item, "parameters"), _table(name, item, "standard_error")
     unknown = next((key for key in values if key not in about), None)
     if unknown is not None:
         raise ValueError(f"effect {name} has no parameter {shown(unknown)}; it has {', '.join(about) or 'none'}")
     numbers = {key: _value(name, key, values.get(key), about[key]["kind"]) for key in about}
-    effect = to_numpy(EFFECTS[name].of(**numbers))
+    effect = to_numpy(known[name].of(**numbers))
     return ReadEffect(effect, {key: _error(name, key, errors.get(key)) for key in about})
 
 

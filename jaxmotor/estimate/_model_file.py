@@ -1,7 +1,7 @@
 """The identified motor as JSON, and back. Format 1; numbers in SI, units in the keys.
 
 `"effects": [{"name", "parameters": {...}, "standard_error": {...}}]` is optional: what makes the motor differ from a
-linear one, in the vocabulary of `EFFECTS`. A file without it is a linear motor. So is `"joint_covariance"`, how sure
+linear one, in the terms of `vocabulary`. A file without it is a linear motor. So is `"joint_covariance"`, how sure
 their parameters are together with the linear ones.
 """
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from jaxmotor._numbers import with_error
 from jaxmotor.diagnosis import FoundEffect
-from jaxmotor.motor.effects import EFFECTS, AbstractEffect, parameters
+from jaxmotor.motor.effects import AbstractEffect, parameters, vocabulary
 
 FRIENDLY = {
     "V": (1e3, "mV"),
@@ -32,7 +32,8 @@ def scaled(about: dict[str, Any], value: float) -> tuple[float, str]:
 
 def sentence(found: FoundEffect) -> str:
     """What the effect does, with its parameters ± 95 %."""
-    return law(found.effect, found.standard_error)
+    said = law(found.effect, found.standard_error)
+    return said if found.curve is None else f"{said}, {found.curve.resemblance}"
 
 
 def law(effect: AbstractEffect, standard_error: Mapping[str, float]) -> str:
@@ -59,4 +60,5 @@ def named(effect: str) -> str:
 
 def spoken(text: str) -> str:
     """`text` with the names of effects as words."""
-    return re.sub(r"[a-z]+_[a-z_]+", lambda found: named(found[0]) if found[0] in EFFECTS else found[0], text)
+    known = vocabulary()
+    return re.sub(r"[a-z]+_[a-z_]+", lambda found: named(found[0]) if found[0] in known else found[0], text)

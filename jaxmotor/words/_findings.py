@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
 from jaxmotor.estimate import Noise
-from jaxmotor.motor.effects import contained_in
 from jaxmotor.recording import ranges
 from jaxmotor.words._effects import named
 
@@ -60,9 +59,9 @@ def looks_like(diagnosis: Diagnosis) -> str | None:
 
 def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
     """The alternatives that cannot be distinguished from the effect, each called by `name`; None without any."""
-    equal = equals(found)
-    wider = [name(rival) for rival in equal if found.name in contained_in(rival)]
-    same = [name(rival) for rival in equal if found.name not in contained_in(rival)]
+    equal = [rival for rival in found.rivals if rival.inseparable]
+    wider = [name(rival.name) for rival in equal if rival.wider]
+    same = [name(rival.name) for rival in equal if not rival.wider]
     told = []
     if same:
         told.append(f"may as well be {' or '.join(same)}: indistinguishable in this recording")

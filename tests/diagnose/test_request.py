@@ -8,7 +8,8 @@ import pytest
 from diagnosed import MADE, of
 
 from jaxmotor import JaxmotorError, diagnose
-from jaxmotor.diagnosis._request import VOCABULARY, Request
+from jaxmotor.diagnosis._request import Request
+from jaxmotor.motor.effects import vocabulary
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +59,7 @@ def test_who_stops_it_finds_nothing_left(when, tmp_path, monkeypatch):
 
 
 def test_names_are_those_of_the_vocabulary():
-    assert Request().effects == frozenset(VOCABULARY) and "timing_offset" not in VOCABULARY
+    assert Request().effects == frozenset(vocabulary()) and "timing_offset" not in vocabulary()
     assert Request("stiction").effects == {"stiction"}
     assert Request(["stiction", "backlash"], "backlash").effects == {"stiction"}
     with pytest.raises(JaxmotorError, match=r"the effect is 'frition', which is not known; .*friction"):

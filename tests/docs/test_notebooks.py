@@ -51,4 +51,4 @@ def test_pages_are_updated_in_place(notebook, tmp_path):
 
 def test_each_notebook_is_listed():
     index = (FOLDER / "index.md").read_text(encoding="utf-8")
-    assert len(NOTEBOOKS) == 6 and all(f"]({page.name})" in index for page in NOTEBOOKS)
+    assert len(NOTEBOOKS) == 7 and all(f"]({page.name})" in index for page in NOTEBOOKS)

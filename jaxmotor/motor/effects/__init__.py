@@ -1,19 +1,34 @@
-"""The 22 effects by which a motor differs from a linear one, by name."""
+"""The 22 effects by which a motor differs from a linear one, by name, and what an effect of your own is made of."""
 
-import inspect
-
-from jaxmotor.motor.effects import _drive, _motion, _sensor
+from jaxmotor.motor.effects._base import AbstractAngleSensorEffect as AbstractAngleSensorEffect
+from jaxmotor.motor.effects._base import AbstractCountEffect as AbstractCountEffect
+from jaxmotor.motor.effects._base import AbstractDelayEffect as AbstractDelayEffect
 from jaxmotor.motor.effects._base import AbstractDriveEffect as AbstractDriveEffect
 from jaxmotor.motor.effects._base import AbstractEffect as AbstractEffect
+from jaxmotor.motor.effects._base import AbstractFrictionEffect as AbstractFrictionEffect
+from jaxmotor.motor.effects._base import AbstractLagEffect as AbstractLagEffect
+from jaxmotor.motor.effects._base import AbstractLagSensorEffect as AbstractLagSensorEffect
+from jaxmotor.motor.effects._base import AbstractLoadEffect as AbstractLoadEffect
+from jaxmotor.motor.effects._base import AbstractMemoryEffect as AbstractMemoryEffect
 from jaxmotor.motor.effects._base import AbstractMotionEffect as AbstractMotionEffect
 from jaxmotor.motor.effects._base import AbstractSensorEffect as AbstractSensorEffect
+from jaxmotor.motor.effects._base import AbstractSourceEffect as AbstractSourceEffect
+from jaxmotor.motor.effects._base import AbstractTorqueEffect as AbstractTorqueEffect
+from jaxmotor.motor.effects._base import AbstractWindingEffect as AbstractWindingEffect
+from jaxmotor.motor.effects._base import Load as Load
 from jaxmotor.motor.effects._base import Rig as Rig
+from jaxmotor.motor.effects._base import Scalar as Scalar
+from jaxmotor.motor.effects._base import Source as Source
+from jaxmotor.motor.effects._base import Step as Step
+from jaxmotor.motor.effects._base import Winding as Winding
 from jaxmotor.motor.effects._base import free_size as free_size
 from jaxmotor.motor.effects._base import from_free as from_free
+from jaxmotor.motor.effects._base import parameter as parameter
 from jaxmotor.motor.effects._base import parameters as parameters
 from jaxmotor.motor.effects._base import to_free as to_free
 from jaxmotor.motor.effects._base import values_at as values_at
 from jaxmotor.motor.effects._disturbance import DISTURBANCES as DISTURBANCES
+from jaxmotor.motor.effects._disturbance import AbstractDisturbance as AbstractDisturbance
 from jaxmotor.motor.effects._disturbance import AbstractStepInTime as AbstractStepInTime
 from jaxmotor.motor.effects._drive import CoastDrive as CoastDrive
 from jaxmotor.motor.effects._drive import CurrentLimit as CurrentLimit
@@ -28,6 +43,7 @@ from jaxmotor.motor.effects._drive import VoltageOffset as VoltageOffset
 from jaxmotor.motor.effects._drive import VoltageSaturation as VoltageSaturation
 from jaxmotor.motor.effects._learned import LEARNED as LEARNED
 from jaxmotor.motor.effects._learned import AbstractLearnedEffect as AbstractLearnedEffect
+from jaxmotor.motor.effects._learned import LearnedCoordinate as LearnedCoordinate
 from jaxmotor.motor.effects._log import OF_LOG as OF_LOG
 from jaxmotor.motor.effects._log import LogFilter as LogFilter
 from jaxmotor.motor.effects._log import TimingOffset as TimingOffset
@@ -43,18 +59,8 @@ from jaxmotor.motor.effects._motion import WindingHeating as WindingHeating
 from jaxmotor.motor.effects._sensor import EncoderEccentricity as EncoderEccentricity
 from jaxmotor.motor.effects._sensor import MissedCounts as MissedCounts
 from jaxmotor.motor.effects._sensor import SensorLag as SensorLag
-
-EFFECTS: dict[str, type[AbstractEffect]] = {
-    member.name: member
-    for module in (_drive, _motion, _sensor)
-    for member in vars(module).values()
-    if isinstance(member, type)
-    and issubclass(member, AbstractEffect)
-    and member.__module__ == module.__name__
-    and not inspect.isabstract(member)
-}
-
-
-def contained_in(name: str) -> tuple[str, ...]:
-    """Effects that are special cases of the one called `name`."""
-    return EFFECTS[name].contains if name in EFFECTS else ()
+from jaxmotor.motor.effects._sine import sine as sine
+from jaxmotor.motor.effects._vocabulary import EFFECTS as EFFECTS
+from jaxmotor.motor.effects._vocabulary import GROUP as GROUP
+from jaxmotor.motor.effects._vocabulary import known_effect as known_effect
+from jaxmotor.motor.effects._vocabulary import vocabulary as vocabulary

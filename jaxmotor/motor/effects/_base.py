@@ -52,8 +52,8 @@ def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: flo
     """A parameter's field: its `unit`, its value without effect, where a fit starts, and how far it may be off.
 
     `kind` says how it is fitted: `positive` through its logarithm, `signed` as it is, `amplitude` and `phase` together
-    as A cos φ and A sin φ (in which the law is linear), `fixed` not at all; a `range` is no parameter of the law, but how far it was learned. `spread` is that of a signed one's prior
-    about zero.
+    as A cos φ and A sin φ (in which the law is linear), `fixed` not at all; a `range` is no parameter of the law, but
+    how far it was learned. `spread` is that of a signed one's prior about zero.
     """
     about = {"unit": unit, "kind": kind, "neutral": neutral, "start": start, "scale": scale, "spread": spread}
     return eqx.field(metadata=about)
@@ -75,7 +75,25 @@ class AbstractEffect(eqx.Module):
     beside: ClassVar[tuple[str, ...]] = ()
     """Effects without which its law fits no motor: they are tried with it first."""
     contains: ClassVar[tuple[str, ...]] = ()
-    """Effects that are special cases of it."""
+    """Effects that are special cases of it: never together with it in one motor."""
+    same_as: ClassVar[tuple[str, ...]] = ()
+    """Effects that are the same law, whatever it is called: tried once, and all named as alternatives. Said once, here
+    or there, it holds both ways; so do `excludes` and `kin`."""
+    excludes: ClassVar[tuple[str, ...]] = ()
+    """Further effects that cannot be together with it in one motor. Two that bring a load never can."""
+    kin: ClassVar[tuple[str, ...]] = ()
+    """Effects of one parameter of the same unit, as it has, that do the same while the motor turns one way or changes
+    slowly: where one of them is found, the others are near."""
+    rarity: ClassVar[float] = 1.0
+    """Of effects that explain a recording equally well the least rare is preferred: 0 the most usual, 1 all others."""
+    always_tried: ClassVar[bool] = False
+    """It is like no small multiple of itself: fitted beside the linear motor whatever its score."""
+    sought_last: ClassVar[bool] = False
+    """It is sought only where the other effects leave something unexplained."""
+    explained_chi2: ClassVar[float] = 1.0
+    """chi2 per sample up to which a motor with it leaves nothing unexplained, where its law is not exact."""
+    holds_by: ClassVar[str] = ""
+    """Its parameter [V] that is the voltage up to which it keeps a motor at rest; empty where it does not."""
     roughness: ClassVar[float] = 0.0
     """Relative error of its parameters that its law's simplifications bring, as blind tests show it."""
     unlikeness: ClassVar[float] = 1.0
@@ -116,6 +134,11 @@ class AbstractEffect(eqx.Module):
         """
         volts = [name for name, about in parameters(self).items() if about["unit"] == "V"]
         return all(abs(float(getattr(self, name))) < rig.supply_V for name in volts)
+
+    def but(self: E, **values: float) -> E:
+        """The effect with these parameters in the place of its own; plain numbers."""
+        own = {name: float(getattr(self, name)) for name in parameters(self)}
+        return type(self).of(**(own | values))
 
     def scaled(self, factor: float) -> "AbstractEffect":
         """About `factor` times as much of the effect; parameters whose neutral value is not zero stay."""

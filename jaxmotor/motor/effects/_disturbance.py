@@ -18,16 +18,23 @@ from jaxmotor.motor.effects._base import (
     Source,
     parameter,
 )
-from jaxmotor.motor.effects._learned import AbstractLearnedEffect
+from jaxmotor.motor.effects._learned import AbstractLearnedEffect, LearnedCoordinate
 from jaxmotor.motor.effects._sine import sine
 
 ADVICE = "Record again without it, or leave that part of the recording out."
 
 
-class AbstractStepInTime(AbstractSourceEffect):
+class AbstractDisturbance(AbstractSourceEffect):
+    """It is no part of the motor."""
+
+    sought_last: ClassVar[bool] = True
+    rarity: ClassVar[float] = 3.0
+    advice: ClassVar[str] = ADVICE
+
+
+class AbstractStepInTime(AbstractDisturbance):
     """Something changes at one moment."""
 
-    advice: ClassVar[str] = ADVICE
     moment_s: Scalar = parameter("s", "fixed", neutral=0.0, start=0.0, scale=1.0)
     """Since the recording began [s]."""
 
@@ -73,7 +80,7 @@ class DriveStep(AbstractDriveEffect, AbstractStepInTime):
         return source._replace(factor=source.factor * (1 + self.change_ratio * self.since(time)))
 
 
-class PeriodicTorque(AbstractMotionEffect, AbstractSourceEffect):
+class PeriodicTorque(AbstractMotionEffect, AbstractDisturbance):
     """A sin(2π f t + φ): a torque that goes on at its own frequency, whatever the shaft does."""
 
     name: ClassVar[str] = "periodic_torque"
@@ -95,12 +102,13 @@ class PeriodicTorque(AbstractMotionEffect, AbstractSourceEffect):
         return source._replace(offset=source.offset - torque)
 
 
-class WanderingTorque(AbstractMotionEffect, AbstractSourceEffect, AbstractLearnedEffect):
+class WanderingTorque(AbstractMotionEffect, AbstractDisturbance, AbstractLearnedEffect):
     """Σ c_k cos(k π t/t1): a torque that changes slowly in the course of the recording, of any shape."""
 
     name: ClassVar[str] = "wandering_torque"
     says: ClassVar[str] = "a torque changes slowly in the course of the recording"
     advice: ClassVar[str] = "Look for what warms up, creeps or is pulled; let the motor run in before it is recorded."
+    coordinate: ClassVar[LearnedCoordinate] = "time"
     reach_s: Scalar = parameter("s", "range", neutral=1.0, start=1.0, scale=1.0)
     """t1 [s]."""
 
@@ -109,16 +117,15 @@ class WanderingTorque(AbstractMotionEffect, AbstractSourceEffect, AbstractLearne
         return (cls.start(reach_s=rig.duration_s),) if rig.duration_s > 0 else ()
 
     def source(self, source: Source, time: Scalar) -> Source:
-        return source._replace(offset=source.offset - self.torque(time))
+        return source._replace(offset=source.offset + self.adds(time))
 
-    def torque(self, time: Scalar) -> Scalar:
-        """The voltage that overcomes it [V]."""
-        z = jnp.cos(jnp.pi * jnp.clip(time / self.reach_s, 0.0, 1.0))
+    def adds(self, at: Scalar) -> Scalar:
+        z = jnp.cos(jnp.pi * jnp.clip(at / self.reach_s, 0.0, 1.0))
         before, now, total = jnp.ones_like(z), z, self.c0_V * jnp.ones_like(z)
         for c in self.coefficients[1:]:
             total = total + c * now
             before, now = now, 2 * z * now - before
-        return total
+        return -total
 
 
 DISTURBANCES = {effect.name: effect for effect in (LoadStep, DriveStep, PeriodicTorque, WanderingTorque)}

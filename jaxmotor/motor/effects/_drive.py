@@ -25,6 +25,8 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
     """u(t - d): the voltage acts late, by any fraction of a tick."""
 
     name: ClassVar[str] = "transport_delay"
+    rarity: ClassVar[float] = 1 / 6
+    always_tried: ClassVar[bool] = True
     says: ClassVar[str] = "the voltage acts {delay_s} later than it was commanded"
     advice: ClassVar[str] = (
         "Write the duty at the start of a tick, shorten what lies between; a controller must allow for the rest."
@@ -66,6 +68,8 @@ class DeadZone(AbstractDriveEffect, AbstractSourceEffect):
     """sgn(u) max(|u| - d, 0): the first volts are lost."""
 
     name: ClassVar[str] = "dead_zone"
+    rarity: ClassVar[float] = 3 / 6
+    holds_by: ClassVar[str] = "volts_V"
     says: ClassVar[str] = "the first {volts_V} of any voltage are lost"
     advice: ClassVar[str] = "Add that voltage to every command, with the command's sign; a MOSFET bridge loses less."
     stage: ClassVar[int] = 2
@@ -86,6 +90,7 @@ class InputThreshold(AbstractDriveEffect, AbstractSourceEffect):
     """u where |u| >= d, else 0: small voltages do nothing, larger ones are complete."""
 
     name: ClassVar[str] = "input_threshold"
+    holds_by: ClassVar[str] = "volts_V"
     says: ClassVar[str] = "voltages below {volts_V} do nothing, larger ones act in full"
     advice: ClassVar[str] = "Keep commands above it; look for a least duty in the driver or its firmware."
     stage: ClassVar[int] = 3
@@ -156,6 +161,8 @@ class VoltageOffset(AbstractDriveEffect, AbstractSourceEffect):
     """u + u0: a constant voltage in series with the winding."""
 
     name: ClassVar[str] = "voltage_offset"
+    same_as: ClassVar[tuple[str, ...]] = ("load_torque",)
+    rarity: ClassVar[float] = 4 / 6
     says: ClassVar[str] = "a constant {volts_V} is added to every voltage"
     advice: ClassVar[str] = (
         "Subtract it from every command; look for a duty that is not centred, or a load that pulls one way."
@@ -180,6 +187,8 @@ class CoastDrive(AbstractDriveEffect, AbstractWindingEffect):
     """
 
     name: ClassVar[str] = "coast_drive"
+    excludes: ClassVar[tuple[str, ...]] = ("electrical_pole",)
+    always_tried: ClassVar[bool] = True
     says: ClassVar[str] = (
         "the bridge lets the motor coast between pulses (fast decay), so speed is not in proportion to the duty"
     )
@@ -227,6 +236,7 @@ class CurrentLimit(AbstractDriveEffect, AbstractWindingEffect):
     """|i| R <= v: the driver gives no more current."""
 
     name: ClassVar[str] = "current_limit"
+    always_tried: ClassVar[bool] = True
     says: ClassVar[str] = "the driver gives no more current than {volts_V} would drive through the winding at rest"
     advice: ClassVar[str] = (
         "Raise the driver's current limit if motor and driver stand it; else accelerate more gently."
@@ -249,6 +259,9 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     """L/R i' = u/R - i - back-EMF/R: the current, and so the torque, lags."""
 
     name: ClassVar[str] = "electrical_pole"
+    kin: ClassVar[tuple[str, ...]] = ("sensor_lag", "transport_delay")
+    rarity: ClassVar[float] = 2 / 6
+    always_tried: ClassVar[bool] = True
     says: ClassVar[str] = "the current, and so the torque, lags the voltage by {time_constant_s} (L/R)"
     advice: ClassVar[str] = "Use the model of second order (jaxmotor identify --model second)."
     time_constant_s: Scalar = parameter("s", "positive", neutral=0.0, start=3e-3, scale=2e-3)

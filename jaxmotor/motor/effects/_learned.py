@@ -4,9 +4,10 @@ They are fitted, simulated, validated and kept like any other effect. What a lin
 it: over speed and voltage a straight line through the origin has no part in them.
 """
 
+import abc
 import functools
 import math
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import jax.numpy as jnp
 import numpy as np
@@ -24,6 +25,7 @@ from jaxmotor.motor.effects._base import (
 )
 from jaxmotor.motor.effects._sine import sine
 
+LearnedCoordinate = Literal["speed", "voltage", "angle", "time"]
 TERMS = 24
 """Beside the constant one."""
 WARP = 10.0
@@ -42,6 +44,9 @@ def _coefficient(term: int) -> Scalar:
 class AbstractLearnedEffect(AbstractEffect):
     """A series of `TERMS` terms and a constant."""
 
+    coordinate: ClassVar[LearnedCoordinate]
+    """Over which it is a series."""
+    sought_last: ClassVar[bool] = True
     advice: ClassVar[str] = "Look for a cause of that shape; until it is known, feed the curve forward."
     c0_V: Scalar = _coefficient(0)
     c1_V: Scalar = _coefficient(1)
@@ -74,6 +79,10 @@ class AbstractLearnedEffect(AbstractEffect):
         """[V], the constant one first."""
         return tuple(getattr(self, f"c{term}_V") for term in range(TERMS + 1))
 
+    @abc.abstractmethod
+    def adds(self, at: Scalar) -> Scalar:
+        """The voltage that acts beside the commanded one [V], at places [rad/s, V, rad, s] of its coordinate."""
+
     def possible(self, rig: Rig) -> bool:
         """No effect takes more volts than there are."""
         return all(abs(float(one)) < rig.supply_V for one in self.coefficients)
@@ -87,6 +96,7 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
     name: ClassVar[str] = "torque_over_speed"
     says: ClassVar[str] = "a torque depends on the speed by a curve that no known law has"
+    coordinate: ClassVar[LearnedCoordinate] = "speed"
     reach_rad_s: Scalar = parameter("rad/s", "range", neutral=1.0, start=1.0, scale=1.0)
     """w1 [rad/s]."""
 
@@ -98,6 +108,9 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
         del angle
         return _level_series(self.coefficients, speed / self.reach_rad_s)
 
+    def adds(self, at: Scalar) -> Scalar:
+        return -self.resists(at, at)
+
 
 class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
     """c_0 + Σ (c_(2n-1) cos nθ + c_(2n) sin nθ), n = 1 to 12: a torque that depends on the shaft's angle, of any
@@ -105,6 +118,8 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
     name: ClassVar[str] = "torque_over_angle"
     says: ClassVar[str] = "a torque depends on the shaft's angle by a curve that no known law has"
+
+    coordinate: ClassVar[LearnedCoordinate] = "angle"
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
@@ -120,24 +135,30 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
             total = total + a * cos_n + b * sin_n
         return total
 
+    def adds(self, at: Scalar) -> Scalar:
+        return -self.resists(at, at)
+
 
 class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLearnedEffect):
     """u + Σ c_k (T_k(z) - m_k u/u1), z = asinh(10 u/u1)/asinh(10): a drive that is not in proportion, of any shape."""
 
     name: ClassVar[str] = "voltage_over_command"
     says: ClassVar[str] = "the voltage depends on the one commanded by a curve that no known law has"
+    coordinate: ClassVar[LearnedCoordinate] = "voltage"
     reach_V: Scalar = parameter("V", "range", neutral=1.0, start=1.0, scale=1.0)
     """u1 [V]."""
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         enough = rig.supply_known and len(rig.volts_V) > 3
-        return (cls.start(reach_V=rig.volts_V[-1]),) if enough else ()
+        return (cls.start(reach_V=max(rig.volts_V)),) if enough else ()
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
-        mean = source.mean
-        return source.told(mean + _level_series(self.coefficients, mean / self.reach_V))
+        return source.told(source.mean + self.adds(source.mean))
+
+    def adds(self, at: Scalar) -> Scalar:
+        return _level_series(self.coefficients, at / self.reach_V)
 
 
 LEARNED = {effect.name: effect for effect in (TorqueOverSpeed, TorqueOverAngle, VoltageOverCommand)}

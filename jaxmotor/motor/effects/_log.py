@@ -17,6 +17,8 @@ class TimingOffset(AbstractSensorEffect, AbstractDelayEffect):
     """y(t + d): each row was read some time after its voltage changed, or before; by less than a row."""
 
     name: ClassVar[str] = "timing_offset"
+    # A log shows the sum of the two.
+    excludes: ClassVar[tuple[str, ...]] = ("transport_delay",)
     says: ClassVar[str] = "rows are read {offset_s} after their voltage changes"
     advice: ClassVar[str] = "State it in the header (duty_delay_s), or read the encoder where the duty is set."
     early: ClassVar[bool] = True

@@ -35,6 +35,9 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) v: dry friction of constant size, which holds any torque up to v at rest."""
 
     name: ClassVar[str] = "coulomb_friction"
+    kin: ClassVar[tuple[str, ...]] = ("dead_zone", "voltage_offset", "load_torque")
+    rarity: ClassVar[float] = 0.0
+    holds_by: ClassVar[str] = "volts_V"
     says: ClassVar[str] = "dry friction takes {volts_V} whichever way the shaft turns, and holds it at rest below that"
     advice: ClassVar[str] = (
         "Add that voltage in the direction of motion (feedforward); look at brushes, bearings and gears."
@@ -55,6 +58,7 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) (v + (vs - v) exp(-(w/ws)²)): dry friction that is larger near rest (Stribeck)."""
 
     name: ClassVar[str] = "stiction"
+    holds_by: ClassVar[str] = "static_volts_V"
     contains: ClassVar[tuple[str, ...]] = ("coulomb_friction",)
     says: ClassVar[str] = (
         "dry friction takes {volts_V} while turning, {static_volts_V} near rest (below about {stribeck_speed_rad_s})"
@@ -131,6 +135,7 @@ class LoadTorque(AbstractMotionEffect, AbstractTorqueEffect):
     """A constant torque, such as a weight on a drum."""
 
     name: ClassVar[str] = "load_torque"
+    rarity: ClassVar[float] = 5 / 6
     says: ClassVar[str] = "a constant load takes {volts_V} from forward motion and gives as much to backward motion"
     advice: ClassVar[str] = (
         "Look for a weight or a spring on the shaft; balance it, or add that voltage to every command."
@@ -292,6 +297,7 @@ class Backlash(AbstractMotionEffect, AbstractLoadEffect):
     difference: ClassVar[float] = 0.06
     # Where in its gap the load hangs when an experiment begins is not known.
     roughness: ClassVar[float] = 0.06
+    explained_chi2: ClassVar[float] = 1.5
     unlikeness: ClassVar[float] = 12.0
     longest_step_s: ClassVar[float] = 1.8e-3
     contact_frequency_Hz: ClassVar[float] = 90.0

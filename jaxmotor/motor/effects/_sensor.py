@@ -23,6 +23,8 @@ class MissedCounts(AbstractSensorEffect, AbstractCountEffect):
     """(1 - r) w where |w| > ws: a share of the counts is lost at speed."""
 
     name: ClassVar[str] = "missed_counts"
+    # Lost counts are rounded twice.
+    explained_chi2: ClassVar[float] = 2.1
     says: ClassVar[str] = "above {speed_rad_s}, {ratio} of the encoder's counts are lost"
     advice: ClassVar[str] = (
         "Count in interrupts or in hardware, shorten or shield the encoder's wires, or keep below that speed."

@@ -29,6 +29,6 @@ def left_out(model: Model, format_: str) -> list[str]:
         if (format_, effect.name) in PARTLY:
             sentences.append(PARTLY[format_, effect.name])
         elif effect.name not in CARRIED.get(format_, {effect.name}):
-            law = (type(effect).__doc__ or "").splitlines()[0]
+            law = (type(effect).__doc__ or "its law").strip().splitlines()[0]
             sentences.append(f"{effect.name}: {law}")
     return sentences

@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jaxmotor.motor import EFFECTS
-from jaxmotor.motor.effects import parameters
+from jaxmotor.motor.effects import parameters, vocabulary
 from jaxmotor.present.report._html import Content, details, element, number, paragraph, table, unbroken
 from jaxmotor.words import capital, named, scaled, with_error
 
@@ -101,7 +100,7 @@ def _spread(name: str, count: int, found: Sequence[Diagnosed]) -> list[list[Cont
 
 def _summary(name: str, key: str, values: np.ndarray, errors: np.ndarray) -> list[Content]:
     middle = float(np.median(values))
-    factor, unit = scaled(parameters(EFFECTS[name])[key], middle)
+    factor, unit = scaled(parameters(vocabulary()[name])[key], middle)
     spread, least, largest = spread_between(values, errors), float(values.min()), float(values.max())
     told = [
         number(value, f"effects.{name}.{key}.{what}", f"{factor * value:.4g} {unit}".rstrip())
@@ -125,12 +124,12 @@ def spread_between(values: np.ndarray, errors: np.ndarray) -> float:
 
 def _telling(name: str) -> list[str]:
     """Parameters whose value says something by itself: not a phase, whose zero is the counter's."""
-    about = parameters(EFFECTS[name]) if name in EFFECTS else {}
+    about = parameters(known[name]) if name in (known := vocabulary()) else {}
     return [key for key in about if about[key]["kind"] != "phase"]
 
 
 def _amount(name: str, key: str, value: float, error: float | None) -> str:
-    about = parameters(EFFECTS[name])[key]
+    about = parameters(vocabulary()[name])[key]
     factor, unit = scaled(about, value)
     if about["kind"] == "fixed":
         return f"{factor * value:g} {unit or 'per turn'}"

@@ -20,13 +20,6 @@ SENTENCES = {
 }
 SURE, LIKELY = 0.9, 0.5
 """Probabilities from which an effect is told without doubt, and without its alternatives."""
-HOLDS = {
-    "coulomb_friction": "volts_V",
-    "stiction": "static_volts_V",
-    "dead_zone": "volts_V",
-    "input_threshold": "volts_V",
-}
-"""Effects that keep a motor at rest, and up to which voltage."""
 
 
 def summary(story: Story) -> Content:
@@ -95,10 +88,10 @@ def _numbers(story: Story) -> Iterator[tuple[str, Content]]:
 
 def _friction(diagnosis: Diagnosis) -> Content:
     """The voltage below which the motor stays at rest, and what that means."""
-    holding = [found for found in diagnosis.effects if found.name in HOLDS]
+    holding = [found for found in diagnosis.effects if found.effect.holds_by]
     if holding:
-        volts = sum(found.parameters[HOLDS[found.name]] for found in holding)
-        errors = [found.standard_error[HOLDS[found.name]] for found in holding]
+        volts = sum(found.parameters[found.effect.holds_by] for found in holding)
+        errors = [found.standard_error[found.effect.holds_by] for found in holding]
         doubt = "if it is that, " if min(found.probability for found in holding) < LIKELY else ""
         meaning = f"{doubt}below {volts:.2g} V it does not move"
         return [with_error(volts, math.hypot(*errors), "V"), element("br"), element("small", meaning)]

@@ -1,0 +1,76 @@
+"""What effects are to each other in a search: which can be together, which are alike, and which are usual.
+
+Each class says its part (`AbstractEffect.same_as`, `excludes`, `contains`, `kin`); what one says of another holds both
+ways.
+"""
+
+from collections.abc import Iterable, Mapping
+
+from jaxmotor.motor.effects import AbstractEffect, AbstractLoadEffect, free_size
+
+PRICE, MORE, RARE = 1.5, 0.75, 0.75
+"""Of an effect with one parameter, of each parameter more, and of effects that are rare, in logarithms of
+probability."""
+COUNTED = 4
+"""Parameters that are paid for: what a curve's further freedom costs, blocks left out show."""
+
+Kind = type[AbstractEffect]
+Family = tuple[str, ...]
+
+
+class Relations:
+    """Of the effects that are `known`, by name."""
+
+    def __init__(self, known: Mapping[str, Kind]):
+        self.known = known
+        self.families = families(known.values())
+        tried = [effect for effect in known.values() if effect.always_tried]
+        self.always = tuple(effect.name for effect in sorted(tried, key=lambda effect: effect.rarity))
+        """Effects that are fitted beside the linear motor whatever their scores, the usual ones first."""
+
+    def price(self, name: str) -> float:
+        """Of an effect, in logarithms of probability."""
+        effect = self.known[name]
+        return PRICE + MORE * (min(free_size(effect), COUNTED) - 1) + RARE * effect.rarity
+
+    def simpler(self, name: str) -> tuple[str, ...]:
+        """The special cases of an effect."""
+        return tuple(simple for simple in self.known[name].contains if simple in self.known)
+
+    def kin(self, name: str) -> Family:
+        """The effects that are alike, with the effect itself; none where it is alone."""
+        return next((family for family in self.families if name in family), ())
+
+    def barred(self, effects: Iterable[AbstractEffect]) -> set[str]:
+        """Effects that cannot be in a motor with `effects`."""
+        own = [type(effect) for effect in effects]
+        return {name for name, other in self.known.items() if any(excluded(one, other) for one in own)}
+
+    def is_told(self, name: str, others: Iterable[str]) -> bool:
+        """One of `others` is the same law as the effect `name`."""
+        return any(is_same(self.known[name], self.known[other]) for other in others)
+
+
+def excluded(one: Kind, other: Kind) -> bool:
+    """The two cannot be in one motor."""
+    loads = issubclass(one, AbstractLoadEffect) and issubclass(other, AbstractLoadEffect)
+    contained = one.name in other.contains or other.name in one.contains
+    stated = one.name in other.excludes or other.name in one.excludes
+    return one is other or loads or contained or stated or is_same(one, other)
+
+
+def is_same(one: Kind, other: Kind) -> bool:
+    """The two are one law by two names."""
+    return one.name in other.same_as or other.name in one.same_as
+
+
+def families(effects: Iterable[Kind]) -> tuple[Family, ...]:
+    """Names of effects that are alike, in the order in which they are stated; no name is in two families."""
+    found: list[Family] = []
+    for effect in effects:
+        if effect.kin:
+            own = (effect.name, *effect.kin)
+            near = [family for family in found if set(family) & set(own)]
+            joined = tuple(dict.fromkeys(name for family in (*near, own) for name in family))
+            found = [*(family for family in found if family not in near), joined]
+    return tuple(found)

@@ -1,0 +1,71 @@
+"""The effects that are known by name: the 22 of this package, and those that installed packages register.
+
+A package registers a class of its own as an entry point:
+
+    [project.entry-points."jaxmotor.effects"]
+    cubic_drag = "my_package:CubicDrag"
+"""
+
+import functools
+import inspect
+from collections.abc import Mapping
+from importlib.metadata import EntryPoint, entry_points
+from types import MappingProxyType
+
+from jaxmotor._errors import JaxmotorError
+from jaxmotor._sentences import shown
+from jaxmotor.motor.effects import _drive, _motion, _sensor
+from jaxmotor.motor.effects._base import AbstractEffect
+from jaxmotor.motor.effects._disturbance import DISTURBANCES
+from jaxmotor.motor.effects._learned import LEARNED
+from jaxmotor.motor.effects._own import checked_effect
+
+GROUP = "jaxmotor.effects"
+EFFECTS: dict[str, type[AbstractEffect]] = {
+    member.name: member
+    for module in (_drive, _motion, _sensor)
+    for member in vars(module).values()
+    if isinstance(member, type)
+    and issubclass(member, AbstractEffect)
+    and member.__module__ == module.__name__
+    and not inspect.isabstract(member)
+}
+
+
+@functools.cache
+def vocabulary() -> Mapping[str, type[AbstractEffect]]:
+    """All effects by name: `EFFECTS`, then those that packages register. They are imported when this is first called.
+
+    **Raises:** `JaxmotorError`, one sentence, for a package's effect that cannot be imported or that is none.
+    """
+    known = EFFECTS | LEARNED | DISTURBANCES
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        effect = _loaded(point)
+        if known.setdefault(effect.name, effect) is not effect:
+            raise JaxmotorError(f"{_told(point)}: another package has an effect {shown(effect.name)}; uninstall one")
+    return MappingProxyType(known)
+
+
+def known_effect(effect: object) -> type[AbstractEffect]:
+    """`effect` where it is a class that can be simulated and fitted.
+
+    **Raises:** `JaxmotorError`, one sentence, that says what it lacks.
+    """
+    return checked_effect(effect, EFFECTS)
+
+
+def _loaded(point: EntryPoint) -> type[AbstractEffect]:
+    try:
+        found = point.load()
+    except Exception as error:
+        why = f"{type(error).__name__}: {error}"
+        raise JaxmotorError(f"{_told(point)} cannot be imported ({why}); repair that package or uninstall it") from None
+    try:
+        return known_effect(found)
+    except JaxmotorError as error:
+        raise JaxmotorError(f"{_told(point)}: {error}") from None
+
+
+def _told(point: EntryPoint) -> str:
+    package = "" if point.dist is None else f" of the package {point.dist.name}"
+    return f"the effect {point.value}{package}"
