@@ -12,11 +12,13 @@ from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 
+from jaxmotor._arguments import check_choice
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import shown
 from jaxmotor.motor.effects import _drive, _motion, _sensor
 from jaxmotor.motor.effects._base import AbstractEffect
-from jaxmotor.motor.effects._own import checked_effect
+from jaxmotor.motor.effects._log import OF_LOG
+from jaxmotor.motor.effects._own import RELATIONS, checked_effect
 
 GROUP = "jaxmotor.effects"
 EFFECTS: dict[str, type[AbstractEffect]] = {
@@ -50,6 +52,14 @@ def known_effect(effect: object) -> type[AbstractEffect]:
     **Raises:** `JaxmotorError`, one sentence, that says what it lacks.
     """
     return checked_effect(effect, EFFECTS)
+
+
+def check_relations(effect: type[AbstractEffect], known: Mapping[str, type[AbstractEffect]]) -> None:
+    """**Raises:** `JaxmotorError` where `effect` says something of an effect that nobody knows."""
+    names = (*known, *(one.name for one in OF_LOG))
+    for relation in RELATIONS:
+        for name in getattr(effect, relation):
+            check_choice(f"an effect in {effect.__name__}.{relation}", name, names)
 
 
 def _loaded(point: EntryPoint) -> type[AbstractEffect]:
