@@ -73,7 +73,13 @@ class LearnedLaw:
         """Which known law it is like, for people; empty where nothing is explained."""
         if not self.resembles:
             return ""
-        return self.resembles[0].sized if self.resembles[0].similarity > ALIKE else "like no known law"
+        return self.resembles[0].sized if self.resembles[0].similarity > ALIKE else f"like no known law{self._size}"
+
+    @property
+    def _size(self) -> str:
+        most = int(np.argmax(np.abs(self.volts)))
+        size, error = (1e3 * abs(float(one[most])) for one in (self.volts, self.standard_error))
+        return f", of up to {with_error(size, error, 'mV')}"
 
     @property
     def text(self) -> str:

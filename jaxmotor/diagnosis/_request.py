@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from jaxmotor._arguments import check_choice
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import shown
-from jaxmotor.motor.effects import AbstractEffect, known_effect, vocabulary
+from jaxmotor.motor.effects import AbstractEffect, check_relations, known_effect, vocabulary
 
 STAGES = ("linear fit", "effects", "held-out scoring", "what is left open", "done")
 Asked = str | type[AbstractEffect] | Iterable[str | type[AbstractEffect]]
@@ -38,6 +38,8 @@ class Request:
         asked, left_out = _each(effects), _each(exclude)
         self.known = {**vocabulary(), **_own(asked)}
         """The effects' classes by name."""
+        for effect in _own(asked).values():
+            check_relations(effect, self.known)
         chosen = self.known if effects is None else _names(asked, self.known)
         self.effects = frozenset(chosen) - set(_names(left_out, {**self.known, **_own(left_out)}))
         if on_progress is not None and not callable(on_progress):

@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 from made import COUNTS, PERIOD, SCALE, SUPPLY, held, plan, sine
 
-from jaxmotor.diagnosis._coordinates import held_rows
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._learned_law import resemblances
-from jaxmotor.diagnosis._open_world import learn
 from jaxmotor.diagnosis._solve import Solver
-from jaxmotor.diagnosis._spline import Spline, spline_over
 from jaxmotor.diagnosis._split import split
 from jaxmotor.diagnosis._trial import trial_of
 from jaxmotor.prediction import PADDED, pack

@@ -216,6 +216,12 @@ def test_what_a_class_lacks_is_one_sentence(given, sentence):
     assert str(told.value).startswith(sentence) and "\n" not in str(told.value)
 
 
+def test_a_relation_to_an_effect_that_nobody_knows_is_told():
+    with pytest.raises(jm.JaxmotorError, match=r"in Own.contains is 'frition', which is not known; .*friction"):
+        Request(torque(contains=("frition",)))
+    assert Request(torque(excludes=("timing_offset",))).effects == {"own"}
+
+
 def test_two_classes_of_one_name_are_refused():
     with pytest.raises(jm.JaxmotorError, match="two classes have the name 'own'"):
         Request([torque(), torque()])

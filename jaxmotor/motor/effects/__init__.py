@@ -62,5 +62,6 @@ from jaxmotor.motor.effects._sensor import SensorLag as SensorLag
 from jaxmotor.motor.effects._sine import sine as sine
 from jaxmotor.motor.effects._vocabulary import EFFECTS as EFFECTS
 from jaxmotor.motor.effects._vocabulary import GROUP as GROUP
+from jaxmotor.motor.effects._vocabulary import check_relations as check_relations
 from jaxmotor.motor.effects._vocabulary import known_effect as known_effect
 from jaxmotor.motor.effects._vocabulary import vocabulary as vocabulary

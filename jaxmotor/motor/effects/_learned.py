@@ -95,7 +95,8 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
     """
 
     name: ClassVar[str] = "torque_over_speed"
-    says: ClassVar[str] = "a torque depends on the speed by a curve that no known law has"
+    contains: ClassVar[tuple[str, ...]] = ("quadratic_drag",)
+    says: ClassVar[str] = "a torque depends on the speed by a curve that was learned"
     coordinate: ClassVar[LearnedCoordinate] = "speed"
     reach_rad_s: Scalar = parameter("rad/s", "range", neutral=1.0, start=1.0, scale=1.0)
     """w1 [rad/s]."""
@@ -117,7 +118,8 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
     shape."""
 
     name: ClassVar[str] = "torque_over_angle"
-    says: ClassVar[str] = "a torque depends on the shaft's angle by a curve that no known law has"
+    contains: ClassVar[tuple[str, ...]] = ("cogging",)
+    says: ClassVar[str] = "a torque depends on the shaft's angle by a curve that was learned"
 
     coordinate: ClassVar[LearnedCoordinate] = "angle"
 
@@ -143,7 +145,8 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLear
     """u + Σ c_k (T_k(z) - m_k u/u1), z = asinh(10 u/u1)/asinh(10): a drive that is not in proportion, of any shape."""
 
     name: ClassVar[str] = "voltage_over_command"
-    says: ClassVar[str] = "the voltage depends on the one commanded by a curve that no known law has"
+    contains: ClassVar[tuple[str, ...]] = ("dead_zone", "voltage_saturation", "direction_asymmetry")
+    says: ClassVar[str] = "the voltage depends on the one commanded by a curve that was learned"
     coordinate: ClassVar[LearnedCoordinate] = "voltage"
     reach_V: Scalar = parameter("V", "range", neutral=1.0, start=1.0, scale=1.0)
     """u1 [V]."""

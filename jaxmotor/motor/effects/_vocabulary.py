@@ -12,13 +12,15 @@ from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 
+from jaxmotor._arguments import check_choice
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import shown
 from jaxmotor.motor.effects import _drive, _motion, _sensor
 from jaxmotor.motor.effects._base import AbstractEffect
 from jaxmotor.motor.effects._disturbance import DISTURBANCES
 from jaxmotor.motor.effects._learned import LEARNED
-from jaxmotor.motor.effects._own import checked_effect
+from jaxmotor.motor.effects._log import OF_LOG
+from jaxmotor.motor.effects._own import RELATIONS, checked_effect
 
 GROUP = "jaxmotor.effects"
 EFFECTS: dict[str, type[AbstractEffect]] = {
@@ -32,13 +34,16 @@ EFFECTS: dict[str, type[AbstractEffect]] = {
 }
 
 
+BUILT_IN = MappingProxyType(EFFECTS | LEARNED | DISTURBANCES)
+
+
 @functools.cache
 def vocabulary() -> Mapping[str, type[AbstractEffect]]:
-    """All effects by name: `EFFECTS`, then those that packages register. They are imported when this is first called.
+    """All effects by name: `EFFECTS`, learned laws and disturbances, then those that packages register. They are imported when this is first called.
 
     **Raises:** `JaxmotorError`, one sentence, for a package's effect that cannot be imported or that is none.
     """
-    known = EFFECTS | LEARNED | DISTURBANCES
+    known = dict(BUILT_IN)
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
         effect = _loaded(point)
         if known.setdefault(effect.name, effect) is not effect:
@@ -51,7 +56,15 @@ def known_effect(effect: object) -> type[AbstractEffect]:
 
     **Raises:** `JaxmotorError`, one sentence, that says what it lacks.
     """
-    return checked_effect(effect, EFFECTS)
+    return checked_effect(effect, BUILT_IN)
+
+
+def check_relations(effect: type[AbstractEffect], known: Mapping[str, type[AbstractEffect]]) -> None:
+    """**Raises:** `JaxmotorError` where `effect` says something of an effect that nobody knows."""
+    names = (*known, *(one.name for one in OF_LOG))
+    for relation in RELATIONS:
+        for name in getattr(effect, relation):
+            check_choice(f"an effect in {effect.__name__}.{relation}", name, names)
 
 
 def _loaded(point: EntryPoint) -> type[AbstractEffect]:
