@@ -7,7 +7,7 @@ it: over speed and voltage a straight line through the origin has no part in the
 import abc
 import functools
 import math
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import jax.numpy as jnp
 import numpy as np
@@ -36,7 +36,7 @@ SPREAD_V = 2.0
 """Of the first coefficient, by its prior; of later ones it falls as those of a jump do."""
 
 
-def _coefficient(term: int) -> Scalar:
+def _coefficient(term: int) -> Any:
     about = {"neutral": 0.0, "start": 0.0, "scale": 0.1 / max(term, 1), "spread": SPREAD_V / max(term, 1)}
     return parameter("V", "signed", **about)
 

@@ -39,7 +39,8 @@ BUILT_IN = MappingProxyType(EFFECTS | LEARNED | DISTURBANCES)
 
 @functools.cache
 def vocabulary() -> Mapping[str, type[AbstractEffect]]:
-    """All effects by name: `EFFECTS`, learned laws and disturbances, then those that packages register. They are imported when this is first called.
+    """All effects by name: `EFFECTS`, learned laws and disturbances, then those that packages register, which are
+    imported when this is first called.
 
     **Raises:** `JaxmotorError`, one sentence, for a package's effect that cannot be imported or that is none.
     """
