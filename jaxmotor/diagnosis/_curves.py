@@ -66,7 +66,7 @@ def law_of(
     at = np.linspace(low, high, POINTS)
     columns = _columns(effect, at)
     slopes = slopes_of(effect, begin, len(spread))
-    terms = [key for key, about in parameters(effect).items() if about["kind"] == "signed"]
+    terms = [key for key, about in parameters(effect).items() if about["kind"] == "term"]
     free = np.stack([slopes[key] for key in terms])
     known = np.where(np.isfinite(spread), spread, 0.0)
     covariance = columns @ (free @ known @ free.T) @ columns.T
@@ -90,7 +90,7 @@ def _found(fitted: Fitted, name: str) -> tuple[AbstractLearnedEffect, int]:
 def _columns(effect: AbstractLearnedEffect, at: np.ndarray) -> Float[np.ndarray, "n k"]:
     """What each term of size one adds at places `at` (n,) [V]."""
     ranges = {key: float(getattr(effect, key)) for key, about in parameters(effect).items() if about["kind"] == "range"}
-    terms = [key for key, about in parameters(effect).items() if about["kind"] == "signed"]
+    terms = [key for key, about in parameters(effect).items() if about["kind"] == "term"]
     places = to_jax(at)
     return np.stack([np.asarray(type(effect).start(**ranges, **{key: 1.0}).adds(places)) for key in terms], axis=1)
 

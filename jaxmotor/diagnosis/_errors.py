@@ -109,7 +109,7 @@ def slopes_of(effect: AbstractEffect, at: int, width: int) -> dict[str, Float[np
     unit, slopes = np.eye(width), {name: np.zeros(width) for name in parameters(effect)}
     for name, about in parameters(effect).items():
         value = float(getattr(effect, name))
-        if about["kind"] in ("positive", "signed"):
+        if about["kind"] in ("positive", "signed", "term"):
             slopes[name] = unit[at] * (value if about["kind"] == "positive" else 1.0)
             at += 1
         elif about["kind"] == "amplitude":

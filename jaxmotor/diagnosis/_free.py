@@ -87,7 +87,7 @@ def _elements(effect: AbstractEffect) -> list[tuple[str, tuple[float, ...]]]:
     for name, about in parameters(effect).items():
         if about["kind"] == "positive":
             found.append((name, (width, 0.7, -18.0, 14.0, 0.0, inf)))
-        elif about["kind"] == "signed":
+        elif about["kind"] in ("signed", "term"):
             found.append((name, (width * about["scale"], inf, -inf, inf, 0.0, about["spread"])))
         elif about["kind"] == "amplitude":
             sides = (width * about["scale"], inf, -inf, inf, 0.0, inf)

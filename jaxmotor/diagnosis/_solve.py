@@ -278,10 +278,11 @@ def _boxed(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndar
     ones, scale = balanced(normal, DAMPING)
     step, held = np.zeros(len(right)), np.zeros(len(right), bool)
     while not held.all():
-        free = ~held
-        wanted = right[free] / scale[free] - ones[np.ix_(free, held)] @ (step * scale)[held]
-        step[free] = np.linalg.solve(ones[np.ix_(free, free)], wanted) / scale[free]
-        beyond = np.where(free, np.maximum(low - step, step - high) * scale, -np.inf)
+        free = np.flatnonzero(~held)
+        rows = ones[free]
+        wanted = right[free] / scale[free] - rows[:, held] @ (step * scale)[held]
+        step[free] = np.linalg.solve(rows[:, free], wanted) / scale[free]
+        beyond = np.where(~held, np.maximum(low - step, step - high) * scale, -np.inf)
         worst = int(np.argmax(beyond))
         if beyond[worst] <= 0:
             break

@@ -6,7 +6,7 @@ from typing import Any
 
 from jaxmotor._shown import Row
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor
-from jaxmotor.motor.effects import parameters
+from jaxmotor.motor.effects import told_parameters
 
 LINEAR = (("gain", "rad/s/V"), ("pole", "rad/s"), ("electrical_time_constant", "s"))
 
@@ -25,5 +25,5 @@ def effect_rows(effects: Iterable[AbstractEffect], errors: Iterable[Mapping[str,
     return tuple(
         Row(f"{effect.name}.{name}", float(getattr(effect, name)), float(known.get(name, math.nan)), about["unit"])
         for effect, known in zip(effects, errors, strict=False)
-        for name, about in parameters(effect).items()
+        for name, about in told_parameters(effect).items()
     )

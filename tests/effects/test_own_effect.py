@@ -18,6 +18,7 @@ from jaxmotor.diagnosis._relations import Relations, excluded
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.estimate import model_to_json
 from jaxmotor.motor.effects import (
+    BUILT_IN,
     AbstractEffect,
     AbstractLoadEffect,
     AbstractMotionEffect,
@@ -92,13 +93,13 @@ def test_classes_and_names_may_be_mixed():
     assert Request(CubicDrag).effects == {"cubic_drag"}
     assert Request([CubicDrag, "stiction"]).effects == {"cubic_drag", "stiction"}
     assert Request([CubicDrag, "stiction"], exclude=[CubicDrag]).effects == {"stiction"}
-    assert Request(exclude=CubicDrag).effects == set(jm.EFFECTS)
+    assert Request(exclude=CubicDrag).effects == set(BUILT_IN)
     assert Request([jm.EFFECTS["stiction"]]).effects == {"stiction"}
 
 
 def test_where_it_is_registered_its_model_is_kept(diagnosis, installed, tmp_path):
     installed("cubic_drag:CubicDrag")
-    assert vocabulary()["cubic_drag"] is CubicDrag and list(vocabulary())[:-1] == list(jm.EFFECTS)
+    assert vocabulary()["cubic_drag"] is CubicDrag and list(vocabulary())[:-1] == list(BUILT_IN)
     (tmp_path / "own.json").write_text(json.dumps(model_to_json(diagnosis.model)))
     model = jm.read_model(tmp_path / "own.json")
     [effect] = model.effects

@@ -26,6 +26,7 @@ from jaxmotor.motor.effects._base import from_free as from_free
 from jaxmotor.motor.effects._base import parameter as parameter
 from jaxmotor.motor.effects._base import parameters as parameters
 from jaxmotor.motor.effects._base import to_free as to_free
+from jaxmotor.motor.effects._base import told_parameters as told_parameters
 from jaxmotor.motor.effects._base import values_at as values_at
 from jaxmotor.motor.effects._disturbance import DISTURBANCES as DISTURBANCES
 from jaxmotor.motor.effects._disturbance import AbstractDisturbance as AbstractDisturbance
@@ -60,6 +61,7 @@ from jaxmotor.motor.effects._sensor import EncoderEccentricity as EncoderEccentr
 from jaxmotor.motor.effects._sensor import MissedCounts as MissedCounts
 from jaxmotor.motor.effects._sensor import SensorLag as SensorLag
 from jaxmotor.motor.effects._sine import sine as sine
+from jaxmotor.motor.effects._vocabulary import BUILT_IN as BUILT_IN
 from jaxmotor.motor.effects._vocabulary import EFFECTS as EFFECTS
 from jaxmotor.motor.effects._vocabulary import GROUP as GROUP
 from jaxmotor.motor.effects._vocabulary import check_relations as check_relations

@@ -19,7 +19,7 @@ from jaxmotor.motor._readable import readable
 E = TypeVar("E", bound="AbstractEffect")
 Scalar = Float[Array, "..."]
 """One number, or one for each of the motors and experiments that are simulated side by side."""
-Kind = Literal["positive", "signed", "amplitude", "phase", "fixed", "range"]
+Kind = Literal["positive", "signed", "amplitude", "phase", "fixed", "term", "range"]
 
 INFINITE = 1e6
 """Neutral value of a limit [V]: far beyond any motor's."""
@@ -52,8 +52,8 @@ def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: flo
     """A parameter's field: its `unit`, its value without effect, where a fit starts, and how far it may be off.
 
     `kind` says how it is fitted: `positive` through its logarithm, `signed` as it is, `amplitude` and `phase` together
-    as A cos φ and A sin φ (in which the law is linear), `fixed` not at all; a `range` is no parameter of the law, but
-    how far it was learned. `spread` is that of a signed one's prior about zero.
+    as A cos φ and A sin φ (in which the law is linear), `fixed` not at all. Of a learned curve a `term` is fitted as it
+    is, with `spread` that of its prior about zero; its `range` is how far it was learned.
     """
     about = {"unit": unit, "kind": kind, "neutral": neutral, "start": start, "scale": scale, "spread": spread}
     return eqx.field(metadata=about)
@@ -173,9 +173,14 @@ def parameters(effect: AbstractEffect | type[AbstractEffect]) -> dict[str, dict[
     return {name: dict(field.metadata) for name, field in fields.items() if "kind" in field.metadata}
 
 
+def told_parameters(effect: AbstractEffect | type[AbstractEffect]) -> dict[str, dict[str, Any]]:
+    """Of `parameters`, those that tell people something; the terms of a curve do not."""
+    return {name: about for name, about in parameters(effect).items() if about["kind"] not in ("term", "range")}
+
+
 def free_size(effect: AbstractEffect | type[AbstractEffect]) -> int:
     """How many numbers `to_free` gives."""
-    sizes = {"positive": 1, "signed": 1, "amplitude": 2, "phase": 0, "fixed": 0, "range": 0}
+    sizes = {"positive": 1, "signed": 1, "term": 1, "amplitude": 2, "phase": 0, "fixed": 0, "range": 0}
     return sum(sizes[about["kind"]] for about in parameters(effect).values())
 
 
@@ -186,7 +191,7 @@ def to_free(effect: AbstractEffect) -> Float[np.ndarray, " p"]:
         value = float(getattr(effect, name))
         if about["kind"] == "positive":
             free.append(math.log(value) if value > 0 else -math.inf)
-        elif about["kind"] == "signed":
+        elif about["kind"] in ("signed", "term"):
             free.append(value)
         elif about["kind"] == "amplitude":
             phase = float(effect.phase_rad)  # pyright: ignore[reportAttributeAccessIssue]
@@ -206,7 +211,7 @@ def values_at(effect: AbstractEffect, free: Float[np.ndarray, "k p"]) -> dict[st
     for name, about in parameters(effect).items():
         if about["kind"] == "positive":
             values[name] = np.exp(next(rest))
-        elif about["kind"] == "signed":
+        elif about["kind"] in ("signed", "term"):
             values[name] = next(rest)
         elif about["kind"] == "amplitude":
             along, across = next(rest), next(rest)

@@ -38,7 +38,7 @@ SPREAD_V = 2.0
 
 def _coefficient(term: int) -> Any:
     about = {"neutral": 0.0, "start": 0.0, "scale": 0.1 / max(term, 1), "spread": SPREAD_V / max(term, 1)}
-    return parameter("V", "signed", **about)
+    return parameter("V", "term", **about)
 
 
 class AbstractLearnedEffect(AbstractEffect):

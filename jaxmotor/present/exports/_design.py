@@ -15,7 +15,7 @@ from jaxmotor.control import (
     linear_of,
 )
 from jaxmotor.estimate import AnyModel, model_of
-from jaxmotor.motor.effects import parameters
+from jaxmotor.motor.effects import told_parameters
 
 
 class Design(NamedTuple):
@@ -54,7 +54,7 @@ def design(
         design_estimator(motor, hardware),
         float(linear.gain) * -math.expm1(-float(linear.pole) * hardware.period_s),
         tuple(
-            " ".join([effect.name, *(f"{name} = {float(getattr(effect, name)):.6g}" for name in parameters(effect))])
+            " ".join([effect.name, *(f"{key} = {float(getattr(effect, key)):.6g}" for key in told_parameters(effect))])
             for effect in motor.effects
         ),
     )

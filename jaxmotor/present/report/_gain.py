@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxmotor.diagnosis import Diagnosis, LoopGain, Worth
 from jaxmotor.estimate import Trace, fit_percent
-from jaxmotor.motor.effects import parameters
+from jaxmotor.motor.effects import told_parameters
 from jaxmotor.present._before_after import best_gain, most_gained
 from jaxmotor.present._fit import with_gaps
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
@@ -63,7 +63,7 @@ def _cells(motor: str, key: str, value: float, error: float) -> list[Content]:
 def _effects(diagnosis: Diagnosis) -> list[list[Content]]:
     rows: list[list[Content]] = []
     for found in diagnosis.effects:
-        for name, about in parameters(found.effect).items():
+        for name, about in told_parameters(found.effect).items():
             factor, unit = scaled(about, found.parameters[name])
             known = (factor * found.parameters[name], factor * found.standard_error[name], unit)
             title = f"{named(found.name)}, {named(name.rpartition('_')[0] or name)}"

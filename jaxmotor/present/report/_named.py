@@ -3,7 +3,7 @@
 import math
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect
-from jaxmotor.motor.effects import parameters
+from jaxmotor.motor.effects import parameters, told_parameters
 from jaxmotor.present.report._html import Content, Html, element, number, paragraph, table
 from jaxmotor.present.report._plot import bar
 from jaxmotor.present.report._story import Story
@@ -29,7 +29,7 @@ def _effect(found: FoundEffect, place: int, diagnosis: Diagnosis) -> Html:
     end = ", beside the other effects." if len(diagnosis.effects) > 1 else "."
     percent = found.held_out_gain_percent
     gain = number(percent, f"effects.{place}.held_out_gain_percent", f"{percent:.3g} %")
-    rows = [_parameter(found, name, place) for name in found.parameters]
+    rows = [_parameter(found, name, place) for name in told_parameters(found.effect)]
     return element(
         "div",
         element("h3", capital(named(found.name))),
