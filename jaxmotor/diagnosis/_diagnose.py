@@ -84,11 +84,10 @@ def diagnose(
     search = Search(study.solver, first, linear, rig_of(recording, study.trial))
     found = extended(
         search,
-        search.run(),
-        lambda found: (*found_looks, *(_left(study, found, seed)[2] if found.named else ())),
+        lambda fitted: _left(study, fitted, seed)[2],
         lambda fitted: _is_explained(study, fitted),
     )
-    after, left, left_looks = _left(study, found, seed) if found.named else (before, missing, found_looks)
+    after, left, left_looks = _left(study, found.fitted, seed) if found.named else (before, missing, found_looks)
     if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
         found, after, left, left_looks = Found(linear, linear, (), {}), before, missing, found_looks
     held = hold_out(study, found)
@@ -159,10 +158,10 @@ def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | N
         return best_guess(recording, str(refused)), refused
 
 
-def _left(study: Study, found: Found, seed: int) -> tuple[Scored, MissingVolts, tuple[Look, ...]]:
-    """What the effects leave."""
-    after = scored(study.solver, found.fitted.motor, study.recording, study.packed, found.fitted.speeds)
-    left = _missing(study, found.fitted.motor, after.traces)
+def _left(study: Study, fitted: Fitted, seed: int) -> tuple[Scored, MissingVolts, tuple[Look, ...]]:
+    """What `fitted` leaves."""
+    after = scored(study.solver, fitted.motor, study.recording, study.packed, fitted.speeds)
+    left = _missing(study, fitted.motor, after.traces)
     return after, left, looks(left, seed)
 
 

@@ -18,21 +18,25 @@ from jaxmotor.motor.effects import AbstractEffect, AbstractStepInTime, parameter
 
 MORE = 3
 """Of such laws in one motor at most."""
-Seen = Callable[[Found], Iterable[Look]]
+Seen = Callable[[Fitted], Iterable[Look]]
 
 
-def extended(search: Search, found: Found, seen: Seen, is_explained: Callable[[Fitted], bool]) -> Found:
-    """`found`, or what it becomes with such laws where it leaves something that is not explained.
+def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool]) -> Found:
+    """What `search` finds, with such laws where the others leave something that is not explained.
 
     `seen` tells what the residual of a motor depends on.
     """
+
+    def last(own: Fitted) -> None:
+        bases = {frozenset(base.names): base for base in (own, *search.without_each(own), search.linear)}
+        _try(search, list(bases.values()), _starts(search, own, seen(own)))
+
+    found = search.run(last)
     for _ in range(MORE):
         if is_explained(found.fitted):
             break
         before = set(found.fitted.names)
-        own = search.visited.get(frozenset(before), found.fitted)
-        bases = {frozenset(base.names): base for base in (own, *search.without_each(own), search.linear)}
-        _try(search, list(bases.values()), _starts(search, own, seen(found)))
+        last(search.visited.get(frozenset(before), found.fitted))
         found = search.settled(search.best())
         if set(found.fitted.names) == before:
             break

@@ -7,6 +7,7 @@ the largest weight is chosen; each of its effects then has to stand against the 
 
 import functools
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -26,8 +27,8 @@ FIRST, LATER = 7, 5
 RELATED = 2
 """Of these, most that are alike (`Relations.kin`)."""
 BEAM = 3
-DEPTH = 4
-"""Effects in one motor at most."""
+FEW, DEPTH = 2, 4
+"""Effects in one motor: those after which laws that are sought last are tried, and at most."""
 NEAR = 0.2
 """Change of log gain and log pole up to which scores are good for another motor."""
 GROWS, HOPELESS = 0.3, 0.02
@@ -70,8 +71,9 @@ class Search:
         """What is the log's: no candidate, and no cause."""
         self.visited[self.own], self.evidence[self.own] = linear, evidence(linear, solver.piece)
 
-    def run(self) -> Found:
-        """The effects; none if nothing pays."""
+    def run(self, last: Callable[[Fitted], None]) -> Found:
+        """The effects; none if nothing pays. Where two of the usual ones leave something, `last` fits others beside the
+        best motor: better one of those than a third and a fourth that only imitate it."""
         beam = [self.linear]
         for size in range(1, DEPTH + 1):
             self._extend(beam, FIRST if size == 1 else LATER)
@@ -81,9 +83,17 @@ class Search:
             most = max(weight.values())
             if not larger or weight[larger[0]] < GROWS * most:
                 break
+            if size == FEW and not self.explains(self.best()):
+                last(self.best())
+                if self.explains(self.best()):
+                    break
             best = [names for names in larger[:BEAM] if weight[names] > HOPELESS * most]
             beam = [self.visited[names] for names in dict.fromkeys([*best, *self._simpler(best[0])])]
         return self.settled(self.best())
+
+    def explains(self, fitted: Fitted) -> bool:
+        """`fitted` leaves nothing that its laws are not off by."""
+        return fitted.chi2 <= enough(fitted, EXPLAINED)
 
     def settled(self, fitted: Fitted) -> Found:
         """The best model near `fitted`, with the alternatives to each of its effects."""
