@@ -67,19 +67,19 @@ def _wrong(diagnosis: Diagnosis) -> list[str]:
 
 
 def _why(diagnosis: Diagnosis) -> list[str]:
-    lines = [f"{found.name}{likely(found)}: {sentence(found)}" for found in diagnosis.effects]
+    lines = [f"{found.name}{likely(found)}: {sentence(found)}" for found in diagnosis.named]
     left = looks_like(diagnosis)
     return lines if left is None else [*lines, left]
 
 
 def _sure(diagnosis: Diagnosis) -> list[str]:
-    if not diagnosis.effects:
+    if not diagnosis.named:
         return []
     held_out = diagnosis.held_out
     floor = "rounding" if diagnosis.fit.floor_known else "noise"
     drift = f"{held_out.drift_before:.3g}, extended {held_out.drift_after:.3g}"
     scale = f"{'drift chi2' if diagnosis.adds_up else 'chi2'} of held-out data (1 = {floor} alone): linear {drift}"
-    return [scale, *(line for found in diagnosis.effects for line in _rivals(found, held_out))]
+    return [scale, *(line for found in diagnosis.named for line in _rivals(found, held_out))]
 
 
 def _rivals(found: FoundEffect, held_out: Worth) -> list[str]:
@@ -100,13 +100,13 @@ def _costs(diagnosis: Diagnosis) -> list[str]:
     for name, unit in (("fit_percent", "%"), ("rmse_rad_s", "rad/s"), ("chi2_per_sample", "")):
         title = {"fit_percent": "fit", "rmse_rad_s": "RMSE"}.get(name, "chi2 per sample")
         told = _told(getattr(worth.before_intervals, name), unit)
-        if diagnosis.effects:
+        if diagnosis.named:
             told = f"{told} -> {_told(getattr(worth.after_intervals, name), unit)}"
         lines.append(f"{title} {told}")
     lines = [f"{lines[0]}, {lines[1]}", lines[2] + (" (brackets: 95 %)" if "[" in lines[2] else "")]
     if not diagnosis.fit.floor_known:  # a log of angles or speeds, not of counts: compare with what others publish
         before, after = worth.angle_fit_percent_before, worth.angle_fit_percent_after
-        lines.append(f"of the angle turned: fit {before:.3g} %" + (f" -> {after:.3g} %" if diagnosis.effects else ""))
+        lines.append(f"of the angle turned: fit {before:.3g} %" + (f" -> {after:.3g} %" if diagnosis.named else ""))
     return [*lines, scored(diagnosis), *_loops(diagnosis)]
 
 
@@ -120,7 +120,7 @@ def _loops(diagnosis: Diagnosis) -> list[str]:
                 continue
             measured = f"{title} measured {factor * before.measured.value:.3g} {unit}"
             told = f"{measured}, linear {_told(before.predicted, '', factor)}"
-            lines.append(f"{told} -> {_told(after.predicted, '', factor)}" if diagnosis.effects else told)
+            lines.append(f"{told} -> {_told(after.predicted, '', factor)}" if diagnosis.named else told)
     return lines
 
 
@@ -133,11 +133,11 @@ def _motor(diagnosis: Diagnosis) -> str:
     linear, error = diagnosis.motor.linear, diagnosis.standard_error
     gain = with_error(float(linear.gain), error["gain_rad_s_V"], "rad/s/V")
     pole = with_error(float(linear.pole), error["pole_rad_s"], "rad/s")
-    return f"gain {gain}, pole {pole}{' beside these effects' if diagnosis.effects else ''}; ± is 95 %"
+    return f"gain {gain}, pole {pole}{' beside these effects' if diagnosis.named else ''}; ± is 95 %"
 
 
 def _advice(diagnosis: Diagnosis) -> list[str]:
-    lines = [f"{found.name}: {found.effect.advice}" for found in diagnosis.effects]
+    lines = [f"{found.name}: {found.effect.advice}" for found in diagnosis.named]
     # Those that have a plan are numbered as their files are.
     planned = [one for one in diagnosis.experiments if one.plan is not None]
     lines += [f"record next ({number}): {one.text}" for number, one in enumerate(planned[:MOST], 1)]

@@ -74,7 +74,7 @@ def law_of(
     weight = np.maximum(np.histogram(visited, POINTS, (low, high))[0] / (len(visited) / POINTS), RARE)
     like = resemblances(effect.coordinate, at, volts, weight, covariance)
     error = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return LearnedLaw(effect.coordinate, at, volts, error, share, gain, None, like)
+    return LearnedLaw(effect.coordinate, at, volts, error, share, gain, like)
 
 
 def _found(fitted: Fitted, name: str) -> tuple[AbstractLearnedEffect, int]:

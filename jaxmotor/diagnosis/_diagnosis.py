@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from jaxmotor._numbers import with_error
 from jaxmotor._shown import Row, Shown
 from jaxmotor.diagnosis._experiment import Experiment
 from jaxmotor.diagnosis._learned_law import LearnedLaw
@@ -28,7 +27,7 @@ from jaxmotor.estimate import (
     linear_rows,
 )
 from jaxmotor.motor import AbstractEffect, Motor
-from jaxmotor.motor.effects import parameters
+from jaxmotor.motor.effects import parameters, told_parameters
 from jaxmotor.validation import Interval, Score
 
 if TYPE_CHECKING:
@@ -86,13 +85,10 @@ class FoundEffect:
         return self.effect.name
 
     @property
-    def sentence(self) -> str:
-        """What it does, with its parameters ± 95 % in SI."""
-        about = parameters(self.effect)
-        shown = {
-            name: with_error(value, self.standard_error[name], about[name]["unit"])
-            for name, value in self.parameters.items()
-        }
+    def summary(self) -> str:
+        """What it does, with its parameters in SI."""
+        about = told_parameters(self.effect)
+        shown = {name: f"{self.parameters[name]:.4g} {about[name]['unit']}".removesuffix(" 1") for name in about}
         return self.effect.says.format(**shown)
 
     @property
@@ -196,12 +192,17 @@ class Diagnosis(Shown):
     """The same of its speeds."""
 
     @property
+    def named(self) -> tuple[FoundEffect, ...]:
+        """Effects and disturbances: what the extended motor has that the linear one has not."""
+        return (*self.effects, *self.disturbances)
+
+    @property
     def looks_like(self) -> Look | None:
         """The most telling look at what is left, where the verdict is `unexplained`."""
         if self.verdict != "unexplained":
             return None
         if self.disturbances:
-            text = "; ".join(one.sentence for one in self.disturbances)
+            text = "; ".join(one.summary for one in self.disturbances)
             return Look("time", text, 1.0, 0.0, np.zeros(0), np.zeros(0), outside=True)
         if self.undecided:
             names = ", ".join(one.phrase for one in self.open_hypotheses)

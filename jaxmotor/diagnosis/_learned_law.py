@@ -63,8 +63,6 @@ class LearnedLaw:
     """Part of the excess chi2 of held-out data that it explains, of what a constant voltage leaves [1]."""
     gain: float
     """By how much it lowers the drift chi2 per sample of held-out data, beyond what a constant voltage does."""
-    jump: float | None
-    """Where the curve jumps, if it does."""
     resembles: tuple[Resemblance, ...]
     """Known shapes, the most alike first; none where nothing is explained."""
 

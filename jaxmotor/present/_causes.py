@@ -54,7 +54,7 @@ def probabilities(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """Probability of each named effect, of the alternatives that fit as well, and of none of these."""
     bars = [
         _Bar(textwrap.fill(name, NAME_WIDTH), 100 * share, ALTERNATIVE if k else NAMED, percent(share))
-        for found in diagnosis.effects
+        for found in diagnosis.named
         for k, (name, share) in enumerate(odds(found))
     ]
     figure, ax = _drawn(bars, 0.0, axes)
@@ -66,10 +66,10 @@ def probabilities(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
 
 def _models(diagnosis: Diagnosis) -> list[_Bar]:
     """From above."""
-    worth, several = diagnosis.held_out, len(diagnosis.effects) > 1
-    extended = "\n+ ".join(named(found.name) for found in diagnosis.effects)
+    worth, several = diagnosis.held_out, len(diagnosis.named) > 1
+    extended = "\n+ ".join(named(found.name) for found in diagnosis.named)
     models = [("linear model", worth.drift_before, LINEAR), (extended, worth.drift_after, NAMED)]
-    for found in diagnosis.effects:
+    for found in diagnosis.named:
         place = f"\nfor {named(found.name)}" if several else ""
         models += [
             (

@@ -45,7 +45,7 @@ def write_diagnosis(diagnosis: Diagnosis, recording: Recording, folder: Path) ->
     (`NAME-extended.json`) and plans of what to record next (`NAME-next-1.toml`), and return their paths."""
     stem = Path(recording.name).stem
     written = _write({f"{stem}-{name}": figure for name, figure in diagnosis_figures(diagnosis).items()}, folder)
-    if diagnosis.effects:
+    if diagnosis.named:
         content = json.dumps(model_to_json(extended_model(diagnosis)), indent=2)
         written.append(_text(folder / f"{stem}-extended.json", content + "\n"))
     plans = [one.plan for one in diagnosis.experiments if one.plan is not None]
@@ -72,7 +72,7 @@ def fit_figures(fit: Fit, recording: Recording) -> dict[str, Figure]:
 def diagnosis_figures(diagnosis: Diagnosis) -> dict[str, Figure]:
     """The figures that `diagnosis` has the data for, by name."""
     figures = {"missing": missing(diagnosis)} if len(diagnosis.missing.volts) else {}
-    if diagnosis.effects:
+    if diagnosis.named:
         figures |= {
             "probabilities": probabilities(diagnosis),
             "causes": causes(diagnosis),

@@ -39,7 +39,7 @@ def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
         known = np.isfinite(along(diagnosis.missing, coordinate)).all()
         ax.set_xlabel(label if known else f"{label}: not known")
         _rounding(ax, diagnosis.missing.noise_V)
-        extended = bool(diagnosis.effects)
+        extended = bool(diagnosis.named)
         _view(ax, diagnosis.missing, coordinate, BEFORE, "linear model")
         if extended:
             _view(ax, diagnosis.left, coordinate, AFTER, "extended model")
@@ -94,7 +94,7 @@ def _view(ax: Axes, volts: MissingVolts, coordinate: str, looks: tuple[_style.Lo
 
 def _title(diagnosis: Diagnosis, coordinate: str) -> str:
     before = explained_percent(diagnosis.looks, coordinate)
-    if not diagnosis.effects:
+    if not diagnosis.named:
         return f"{before:.0f} % explained" if before else "no more than chance"
     ratio = (diagnosis.left.rms_V / max(diagnosis.missing.rms_V, 1e-300)) ** 2
     after = ratio * explained_percent(diagnosis.left_looks, coordinate)

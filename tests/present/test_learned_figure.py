@@ -8,12 +8,12 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor.diagnosis._learned_law import LearnedLaw, Resemblance
 from jaxmotor.present import learned
 
-STEP = (Resemblance("step", 0.99, "like a step at 21.3 s"),)
+STEP = (Resemblance("drift", 0.99, "like a steady drift", 0.2, 0.01),)
 
 
 def law(coordinate, low, high, share, resembles=()):
     at = np.linspace(low, high, 121)
-    return LearnedLaw(coordinate, at, 0.2 * np.sin(at), np.full(121, 0.01), share, share, None, resembles)
+    return LearnedLaw(coordinate, at, 0.2 * np.sin(at), np.full(121, 0.01), share, share, resembles)
 
 
 LAWS = (
@@ -30,7 +30,7 @@ def test_each_law_has_its_panel_and_the_best_is_marked(number):
     check(figure)
     shown = [ax for ax in figure.axes if ax.axison]
     assert len(shown) == number and labels(figure)[0] == ("Time in the recording (s)", "Residual voltage (mV)")
-    assert shown[0].get_title(loc="left") == "Best: 96 % explained\nlike a step at 21.3 s"
+    assert shown[0].get_title(loc="left") == "Best: 96 % explained\nlike a steady drift, of up to 200 ± 20 mV"
     for ax, one in zip(shown, LAWS, strict=False):
         np.testing.assert_allclose(line(ax, "learned").get_ydata(), 1e3 * one.volts)
         np.testing.assert_allclose(bands(ax)[0][:, 1] - bands(ax)[0][:, 0], 40.0)

@@ -47,7 +47,7 @@ class LoadStep(AbstractMotionEffect, AbstractStepInTime):
     """From one moment on a constant load is there that was not."""
 
     name: ClassVar[str] = "load_step"
-    says: ClassVar[str] = "from {moment_s} on a constant load takes {volts_V} more"
+    says: ClassVar[str] = "a change at t = {moment_s}: from then on a constant load takes {volts_V} more"
     volts_V: Scalar = parameter("V", "signed", neutral=0.0, start=0.1, scale=0.1)
     """[V]"""
 
@@ -63,7 +63,7 @@ class DriveStep(AbstractDriveEffect, AbstractStepInTime):
     """From one moment on any voltage is larger, or smaller, by one factor."""
 
     name: ClassVar[str] = "drive_step"
-    says: ClassVar[str] = "from {moment_s} on any voltage is larger by {change_ratio}"
+    says: ClassVar[str] = "a change at t = {moment_s}: from then on any voltage is larger by {change_ratio}"
     change_ratio: Scalar = parameter("1", "signed", neutral=0.0, start=0.05, scale=0.05)
     """[1]"""
 
@@ -84,7 +84,9 @@ class PeriodicTorque(AbstractMotionEffect, AbstractDisturbance):
     """A sin(2π f t + φ): a torque that goes on at its own frequency, whatever the shaft does."""
 
     name: ClassVar[str] = "periodic_torque"
-    says: ClassVar[str] = "a torque of {frequency_Hz} that the shaft's angle does not explain takes up to {volts_V}"
+    says: ClassVar[str] = (
+        "something periodic at {frequency_Hz}: a torque that the shaft's angle does not explain takes up to {volts_V}"
+    )
     advice: ClassVar[str] = "Look for another machine, a fan or a swinging cable; " + ADVICE[:1].lower() + ADVICE[1:]
     volts_V: Scalar = parameter("V", "amplitude", neutral=0.0, start=0.1, scale=0.1)
     """A [V]."""

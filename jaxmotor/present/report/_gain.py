@@ -39,9 +39,9 @@ def model_section(story: Story) -> Content:
         if max(alone, beside) > none:
             error = float(getattr(diagnosis.fit.standard_error, attribute, math.nan))
             extended = _cells("model", key, beside, diagnosis.standard_error.get(key, math.nan))
-            rows.append([name, *_cells("fit", key, alone, error), *(extended if diagnosis.effects else [])])
+            rows.append([name, *_cells("fit", key, alone, error), *(extended if diagnosis.named else [])])
     head = ["", "linear motor", "95 % interval"]
-    if not diagnosis.effects:
+    if not diagnosis.named:
         return table("The linear motor", head, rows)
     rows += _effects(diagnosis)
     text = (
@@ -86,7 +86,7 @@ def gain_section(story: Story) -> Content:
 
 def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
     """A closed loop as both motors would have run it, with the numbers that a controller is judged by."""
-    before, after, extended = gain.before, gain.after, bool(diagnosis.effects)
+    before, after, extended = gain.before, gain.after, bool(diagnosis.named)
     rows = []
     for name, title, factor, unit in (*LOOP, ("rmse_rad_s", "RMSE of the speed", 1.0, "rad/s")):
         one, other = getattr(before, name), getattr(after, name)
@@ -129,7 +129,7 @@ def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> 
     if not diagnosis.fit.floor_known:
         # Without counts residuals are not summed over ticks, and the drift is chi2 again.
         del scores["drift_chi2"], scores["rmse_counts"]
-    whens = ("before", "after")[: 2 if diagnosis.effects else 1]
+    whens = ("before", "after")[: 2 if diagnosis.named else 1]
     rows = []
     for name, (title, attribute) in scores.items():
         row: list[Content] = [title]
@@ -148,7 +148,7 @@ def traces(diagnosis: Diagnosis, recording: Recording) -> Html:
     rows = most_gained(before, after, MOST_ROWS)
     time, gap = with_gaps(before.time_s[rows])
     measured = before.measured_rad_s[rows]
-    pairs = [("linear", before, "red curve"), ("extended", after, "blue curve")][: 2 if diagnosis.effects else 1]
+    pairs = [("linear", before, "red curve"), ("extended", after, "blue curve")][: 2 if diagnosis.named else 1]
     speed = [dots(before.time_s[rows], measured, "dot small ink", "measured")]
     left = []
     for name, trace, look in pairs:
@@ -162,7 +162,7 @@ def traces(diagnosis: Diagnosis, recording: Recording) -> Html:
     kind = _kind(diagnosis, recording, before)
     scores = ", ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace, _ in pairs)
     held_out = "held out" if diagnosis.held_out.traces_before else "fitted"
-    which = "Where the effects improve it most" if diagnosis.effects else "Shown"
+    which = "Where the effects improve it most" if diagnosis.named else "Shown"
     text = f"{which}: {kind}, {held_out}; fit {scores}. Below, the residual (measured minus simulated)."
     key = legend([("dot ink", "measured"), *((look, name) for name, _, look in pairs)])
     return figure(plot(panels, alt=f"Measured and simulated speed. {text}", shared=True), text, key)
@@ -182,6 +182,6 @@ def _runs(diagnosis: Diagnosis, recording: Recording) -> Content:
     for before, after in list(pairs)[:MOST_SEGMENTS]:
         kind = _kind(diagnosis, recording, before)
         cells = [f"{fit_percent((trace,)):.2f}" for trace in (before, after)]
-        rows.append((kind, *cells[: 2 if diagnosis.effects else 1]))
-    head = ("segment", "linear, fit (%)", *(["extended, fit (%)"] if diagnosis.effects else []))
+        rows.append((kind, *cells[: 2 if diagnosis.named else 1]))
+    head = ("segment", "linear, fit (%)", *(["extended, fit (%)"] if diagnosis.named else []))
     return table("Free simulation of each held-out segment", head, rows)

@@ -29,7 +29,7 @@ def limits_section(story: Story) -> Content:
             f"Volts are duties times the supply of {recording.supply_V:.4g} V that the recording states: if that is "
             "1 % too low, the gain is 1 % too high, and volts are 1 % too low. No interval here includes that."
         )
-    for found in diagnosis.effects:
+    for found in diagnosis.named:
         limits += [
             f"{named(found.name)}: {name} is not identifiable from this recording (its error is more than half of it)"
             for name in found.unknown

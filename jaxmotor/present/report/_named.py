@@ -13,23 +13,29 @@ from jaxmotor.words import as_known, between, capital, floor, looks_like, named,
 def named_section(story: Story) -> Content:
     """Effects in order of their gain, and the alternatives to them; or why none is named."""
     diagnosis = story.diagnosis
-    content: list[Content] = [_effect(found, place, diagnosis) for place, found in enumerate(diagnosis.effects)]
-    if diagnosis.effects:
+    content: list[Content] = [_effect(found, path, diagnosis) for path, found in named_in(diagnosis)]
+    if diagnosis.named:
         content.append(_models(diagnosis))
     left = looks_like(diagnosis)
     if left is not None:
         content.append(paragraph(f"{capital(left)}."))
-    elif not diagnosis.effects:
+    elif not diagnosis.named:
         content.append(paragraph("No effect is needed: the residual of the linear model is no more than noise."))
     return content
 
 
-def _effect(found: FoundEffect, place: int, diagnosis: Diagnosis) -> Html:
-    """The effect in this place."""
-    end = ", beside the other effects." if len(diagnosis.effects) > 1 else "."
+def named_in(diagnosis: Diagnosis) -> list[tuple[str, FoundEffect]]:
+    """Effects and disturbances, each with its place in the JSON of `diagnosis`."""
+    parts = {"effects": diagnosis.effects, "disturbances": diagnosis.disturbances}
+    return [(f"{part}.{place}", found) for part, every in parts.items() for place, found in enumerate(every)]
+
+
+def _effect(found: FoundEffect, path: str, diagnosis: Diagnosis) -> Html:
+    """The effect at this place of the JSON."""
+    end = ", beside the other effects." if len(diagnosis.named) > 1 else "."
     percent = found.held_out_gain_percent
-    gain = number(percent, f"effects.{place}.held_out_gain_percent", f"{percent:.3g} %")
-    rows = [_parameter(found, name, place) for name in told_parameters(found.effect)]
+    gain = number(percent, f"{path}.held_out_gain_percent", f"{percent:.3g} %")
+    rows = [_parameter(found, name, path) for name in told_parameters(found.effect)]
     return element(
         "div",
         element("h3", capital(named(found.name))),
@@ -43,26 +49,26 @@ def _drift(diagnosis: Diagnosis) -> str:
     return "drift chi2" if diagnosis.adds_up else "chi2 per sample"
 
 
-def _parameter(found: FoundEffect, name: str, place: int) -> list[Content]:
+def _parameter(found: FoundEffect, name: str, path: str) -> list[Content]:
     value, error = found.parameters[name], found.standard_error[name]
     factor, unit = scaled(parameters(found.effect)[name], value)
-    shown = number(value, f"effects.{place}.parameters.{name}", as_known(factor * value, factor * error, unit))
+    shown = number(value, f"{path}.parameters.{name}", as_known(factor * value, factor * error, unit))
     doubt = ", not determined by this recording" if name in found.unknown else ""
     return [element("code", name), shown, between(factor * value, factor * error, unit) + doubt]
 
 
 def _models(diagnosis: Diagnosis) -> Content:
     """Each model on held-out data: linear, extended, and with an alternative in an effect's place."""
-    worth, several = diagnosis.held_out, len(diagnosis.effects) > 1
-    extended = " + ".join(named(found.name) for found in diagnosis.effects)
+    worth, several = diagnosis.held_out, len(diagnosis.named) > 1
+    extended = " + ".join(named(found.name) for found in diagnosis.named)
     models: list[tuple[str, float, str, Content, str]] = [
         ("linear", worth.drift_before, "grey", "", ""),
         (extended, worth.drift_after, "blue", "", ""),
     ]
-    for place, found in enumerate(diagnosis.effects):
+    for path, found in named_in(diagnosis):
         for k, rival in enumerate(found.rivals):
             name = f"{named(rival.name)} instead{f' of {named(found.name)}' if several else ''}"
-            key, excess = f"effects.{place}.rivals.{k}.chi2_excess", rival.chi2_excess
+            key, excess = f"{path}.rivals.{k}.chi2_excess", rival.chi2_excess
             shown = number(excess, key, plainly(excess))
             models.append((name, worth.drift_after + excess, "red", shown, "no" if rival.inseparable else "yes"))
     most = math.log(max([2.0, *(value for _, value, *_ in models if math.isfinite(value))]))

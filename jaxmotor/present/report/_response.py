@@ -62,7 +62,7 @@ def responses(story: Story, found: FrequencyResponse) -> Responses:
     measured = in_order(found)
     frequency, response = np.asarray(measured.frequency_Hz), np.asarray(measured.response)
     linear = model_response(measured, story.diagnosis.fit.motor, "exact", frequency)
-    extended = response * _ratios(story, measured) if story.diagnosis.effects else None
+    extended = response * _ratios(story, measured) if story.diagnosis.named else None
     return Responses(measured, frequency, response, linear, extended, response_band(measured))
 
 

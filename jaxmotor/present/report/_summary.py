@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from jaxmotor.diagnosis import Diagnosis, FoundEffect
 from jaxmotor.present.report._gain import traces
 from jaxmotor.present.report._html import Content, Html, bullets, element, number, paragraph, table
+from jaxmotor.present.report._named import named_in
 from jaxmotor.present.report._page import cards
 from jaxmotor.present.report._plot import bar
 from jaxmotor.present.report._story import Story
@@ -46,15 +47,15 @@ def _sure(diagnosis: Diagnosis) -> Content:
     return [
         element("h2", "How sure"),
         paragraph(f"{text}."),
-        [_odds(found, place) for place, found in enumerate(diagnosis.effects)],
-        None if diagnosis.effects else paragraph("No effect was named, so none has a probability."),
+        [_odds(found, path) for path, found in named_in(diagnosis)],
+        None if diagnosis.named else paragraph("No effect was named, so none has a probability."),
     ]
 
 
 def _scores(diagnosis: Diagnosis) -> str:
     before, after = diagnosis.held_out.before.fit_percent, diagnosis.held_out.after.fit_percent
     data = "held-out data" if diagnosis.held_out.traces_before else "the data"
-    return f"{data}: linear {before:.1f} %" + (f", extended {after:.1f} %" if diagnosis.effects else "")
+    return f"{data}: linear {before:.1f} %" + (f", extended {after:.1f} %" if diagnosis.named else "")
 
 
 def _sentence(diagnosis: Diagnosis) -> str:
@@ -99,18 +100,18 @@ def _friction(diagnosis: Diagnosis) -> Content:
     return f"not known: up to {max(hidden):.2g} V would not show" if hidden else "none found"
 
 
-def _odds(found: FoundEffect, place: int) -> Html:
+def _odds(found: FoundEffect, path: str) -> Html:
     """The probabilities of an effect, of its alternatives and of none of them, as bars."""
     rows: list[list[Content]] = []
     for name, share in odds(found):
-        shown = number(share, f"effects.{place}.probability", percent(share)) if not rows else percent(share)
+        shown = number(share, f"{path}.probability", percent(share)) if not rows else percent(share)
         rows.append([name, bar(share, "grey" if rows else "blue"), shown])
     return table(f"Probability of {named(found.name)}", ("cause", "", ""), rows)
 
 
 def _next(diagnosis: Diagnosis) -> Content:
     told: list[Content] = []
-    for found in diagnosis.effects:
+    for found in diagnosis.named:
         name = capital(named(found.name)) if found.probability >= LIKELY else f"If it is {named(found.name)}"
         told.append(f"{name}: {found.effect.advice}")
     left = looks_like(diagnosis)

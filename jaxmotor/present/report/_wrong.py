@@ -84,7 +84,7 @@ def _panel(diagnosis: Diagnosis, coordinate: str, label: str, up: Scale) -> Pane
     if math.isfinite(diagnosis.missing.noise_V):
         marks += [level(across, sign * 2e3 * diagnosis.missing.noise_V, "purple dotted") for sign in (-1, 1)]
     marks += _marks(diagnosis.missing, coordinate, up, ("dot small grey faint", "ink", "linear"))
-    if diagnosis.effects:
+    if diagnosis.named:
         marks += _marks(diagnosis.left, coordinate, up, ("dot small blue faint", "blue", "extended"))
     share = _share(diagnosis.looks, coordinate)
     return Panel(across, up, marks, height=150.0, title=f"explains {share}")
@@ -112,7 +112,7 @@ def _share(looks: tuple[Look, ...], coordinate: str) -> str:
 
 def _key(diagnosis: Diagnosis) -> Html:
     entries = [("dot grey", "linear, one window"), ("ink", "linear, mean")]
-    if diagnosis.effects:
+    if diagnosis.named:
         entries += [("dot blue", "extended, one window"), ("blue", "extended, mean")]
     if math.isfinite(diagnosis.missing.noise_V):
         entries.append(("purple dotted", "± 2 sd of the encoder's rounding"))
@@ -121,7 +121,7 @@ def _key(diagnosis: Diagnosis) -> Html:
 
 def _caption(diagnosis: Diagnosis) -> str:
     text = "The residual voltage in windows of 60 ms, against speed, voltage, angle and time."
-    if diagnosis.effects:
+    if diagnosis.named:
         text += " That of the extended model should show no trend."
     return text
 
@@ -129,7 +129,7 @@ def _caption(diagnosis: Diagnosis) -> str:
 def _table(diagnosis: Diagnosis) -> Content:
     head = ("what it looks like", "coordinate", "share of the variance (%)", "by chance below (%)")
     tables = [_looks("Residual voltage of the linear model", head, diagnosis.looks)]
-    if diagnosis.effects:
+    if diagnosis.named:
         tables.append(_looks("Residual voltage of the extended model", head, diagnosis.left_looks))
         left = diagnosis.left
         rms = number(left.rms_V, "missing_volts.after.rms_V", f"{1e3 * left.rms_V:.3g} mV")
