@@ -5,7 +5,14 @@ from typing import NamedTuple
 import numpy as np
 from _second_motors import Rig
 
-FAMILIES = ("steps", "prbs", "waves", "ramps and steps", "everything")
+POOLS = {
+    "steps": ("step",),
+    "prbs": ("prbs",),
+    "waves": ("multisine", "chirp"),
+    "ramps and steps": ("ramp", "step"),
+    "everything": ("step", "ramp", "prbs", "chirp"),
+}
+FAMILIES = tuple(POOLS)
 ROWS = 18_000
 """About as many as a recording may have: longer ones come at longer periods."""
 REST_ROWS = 10
@@ -19,32 +26,25 @@ class Run(NamedTuple):
     """(n,) int, of the rig's full scale; begins with a rest."""
 
 
-def draw_plan(family: str, rig: Rig, rng: np.random.Generator) -> list[Run]:
-    """Segments of `family`, which last as long as the motor needs and `ROWS` let them."""
-    seconds = min(float(rng.uniform(55, 150)), ROWS * rig.period_s)
+def draw_plan(family: str, rig: Rig, rng: np.random.Generator, seconds: float | None = None) -> list[Run]:
+    """Segments of `family`, of `seconds` in all, or as many as an experimenter has patience for."""
+    drawn = min(float(rng.uniform(55, 150)), ROWS * rig.period_s)
+    seconds = drawn if seconds is None else seconds
     number = int(rng.integers(6, 11))
-    kinds = _kinds(family, number, rng)
     each = seconds / number
     runs = []
-    for place, kind in enumerate(kinds):
+    for place, kind in enumerate(_kinds(family, number)):
         rows = round(each * rng.uniform(0.75, 1.25) / rig.period_s)
         level = _level(place, rng)
         shares = MAKERS[kind](rows, level, rig, rng)
         duty = np.rint(rig.full_scale * np.clip(shares, -1, 1)).astype(int)
         duty[:REST_ROWS] = 0
-        runs.append(Run("multisine" if kind == "multisine" else kind, duty))
+        runs.append(Run(kind, duty))
     return runs
 
 
-def _kinds(family: str, number: int, rng: np.random.Generator) -> list[str]:
-    if family in ("steps", "prbs"):
-        return [{"steps": "step", "prbs": "prbs"}[family]] * number
-    pools = {
-        "waves": ("multisine", "chirp"),
-        "ramps and steps": ("ramp", "step"),
-        "everything": ("step", "ramp", "prbs", "chirp"),
-    }
-    pool = pools[family]
+def _kinds(family: str, number: int) -> list[str]:
+    pool = POOLS[family]
     return [pool[k % len(pool)] for k in range(number)]
 
 

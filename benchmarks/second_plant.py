@@ -163,6 +163,17 @@ class _Lanes:
         return not self.laws.isdisjoint(names)
 
 
+class _Mode(NamedTuple):
+    """What does not change within a part of a step; (m,) each."""
+
+    way: np.ndarray
+    """Of the motion, which friction opposes."""
+    held: np.ndarray
+    """The rotor stands still in its friction."""
+    limited: np.ndarray
+    """The bridge holds the current."""
+
+
 class _Inputs(NamedTuple):
     """Held over a step; (m,) each."""
 
@@ -263,7 +274,7 @@ def _step(
     pull = None
     if lanes.has("bristle_rad"):
         bristle, pull = _bristles(lanes, bristle, state, step_s)
-    if not lanes.has("friction_N_m", "static_N_m", "sector_N_m"):
+    if not lanes.has("friction_N_m", "static_N_m", "sector_N_m", "limit_A"):
         return _runge_kutta(lanes, state, volts, inputs, pull, None, time_s, step_s), bristle
     return _stick_slip(lanes, state, volts, inputs, pull, time_s, step_s), bristle
 
@@ -277,7 +288,7 @@ def _stick_slip(
     time_s: float,
     step_s: float,
 ) -> np.ndarray:
-    """The state one step on, cut where a rotor stops or breaks away."""
+    """The state one step on, cut where a rotor stops or breaks away and where a current reaches its limit."""
     away = np.zeros(state.shape[1])
     after, left, away = _part(lanes, state, volts, inputs, pull, away, time_s, np.full(state.shape[1], step_s))
     for _ in range(PARTS):
@@ -308,31 +319,52 @@ def _part(
     way = np.sign(state[1])
     still = (way == 0) & rigid
     way = np.where(still, np.where(np.abs(free) > size, np.sign(free), away), way)
-    held = still & (way == 0)
-    after = _runge_kutta(lanes, state, volts, inputs, pull, (way, held), time_s, step)
-    share = np.ones_like(step)
-    stops = rigid & ~held & (after[1] * way < 0)
+    left = _winding(lanes, state, volts, inputs.driven)
+    limited = (np.abs(state[0]) >= lanes.limit_A) & (left * state[0] > 0)
+    mode = _Mode(way, still & (way == 0), limited)
+    after = _runge_kutta(lanes, state, volts, inputs, pull, mode, time_s, step)
+    stop = np.ones_like(step)
+    stops = rigid & ~mode.held & (after[1] * way < 0)
     if stops.any():
         inertia = _inertia(lanes, time_s)
-        share[stops] = _root(way * state[1], (way * free - size) / inertia * step, way * after[1])[stops]
-    if held.any():
+        stop[stops] = _root(way * state[1], (way * free - size) / inertia * step, way * after[1])[stops]
+    leaves, away = mode.held, np.zeros_like(step)
+    if leaves.any():
         then = _free_torque(lanes, after, volts, inputs, pull, time_s)
-        leaves = held & (np.abs(then) > size)
+        leaves = mode.held & (np.abs(then) > size)
         away = np.where(leaves, np.sign(then), 0.0)
         size, free, then = size[leaves], np.abs(free[leaves]), np.abs(then[leaves])
-        share[leaves] = np.maximum((size - free) / (then - free), SHORTEST)
-    else:
-        leaves, away = held, np.zeros_like(step)
-    cut = np.flatnonzero(stops | leaves)
+        stop[leaves] = np.maximum((size - free) / (then - free), SHORTEST)
+    limit = _limit_at(lanes, state, after, left, step, limited)
+    share = np.minimum(stop, limit)
+    cut = np.flatnonzero(stops | leaves | (limit < 1))
     if len(cut):
         few = _Inputs(*(one[cut] for one in inputs))
         pulled = None if pull is None else pull[cut]
-        again = _runge_kutta(
-            lanes.at(cut), state[:, cut], volts[cut], few, pulled, (way[cut], held[cut]), time_s, (share * step)[cut]
-        )
-        again[1] = 0.0
+        same = _Mode(*(one[cut] for one in mode))
+        again = _runge_kutta(lanes.at(cut), state[:, cut], volts[cut], few, pulled, same, time_s, (share * step)[cut])
+        at_rest = ((stops | leaves) & (stop <= limit))[cut]
+        again[1, at_rest] = 0.0
+        hits = (limit < stop)[cut]
+        again[0, hits] = (np.sign(left) * lanes.limit_A)[cut][hits]
+        away[limit < stop] = 0.0
         after[:, cut] = again
     return after, (1 - share) * step, away
+
+
+def _limit_at(
+    lanes: _Lanes, state: np.ndarray, after: np.ndarray, left: np.ndarray, step: np.ndarray, limited: np.ndarray
+) -> np.ndarray:
+    """Share of the step after which the current reaches its limit, at the speed that is now; 1 where it does not."""
+    share = np.ones_like(step)
+    if lanes.has("limit_A"):
+        hits = (np.abs(after[0]) >= lanes.limit_A) & ~limited & (after[0] * left > 0)
+        if hits.any():
+            resistance, rises = lanes.resistance_ohm, np.abs(left)
+            room = resistance * (lanes.limit_A - np.sign(left) * state[0])
+            time = -lanes.inductance_H / resistance * np.log1p(-np.minimum(room / np.maximum(rises, 1e-300), 1 - 1e-9))
+            share[hits] = np.clip(time / step, SHORTEST, 1 - SHORTEST)[hits]
+    return share
 
 
 def _root(begin: np.ndarray, slope: np.ndarray, end: np.ndarray) -> np.ndarray:
@@ -474,18 +506,16 @@ def _rates(
     volts: np.ndarray,
     inputs: _Inputs,
     pull: np.ndarray | None,
-    dry: tuple[np.ndarray, np.ndarray] | None,
+    mode: _Mode | None,
     time_s: float,
 ) -> np.ndarray:
     """(8, m) derivative of the state."""
     rates = np.zeros_like(state)
     rates[0] = _winding(lanes, state, volts, inputs.driven) / lanes.inductance_H
-    if lanes.has("limit_A"):
-        rates[0] = np.where((np.abs(state[0]) >= lanes.limit_A) & (rates[0] * state[0] > 0), 0.0, rates[0])
     torque = _free_torque(lanes, state, volts, inputs, pull, time_s)
-    if dry is not None:
-        way, held = dry
-        torque = np.where(held, 0.0, torque - way * _dry(lanes, state))
+    if mode is not None:
+        rates[0] = np.where(mode.limited, 0.0, rates[0])
+        torque = np.where(mode.held, 0.0, torque - mode.way * _dry(lanes, state))
     rates[1] = torque / _inertia(lanes, time_s)
     rates[2] = state[1]
     if lanes.has("load_kg_m2"):
@@ -511,20 +541,20 @@ def _runge_kutta(
     volts: np.ndarray,
     inputs: _Inputs,
     pull: np.ndarray | None,
-    dry: tuple[np.ndarray, np.ndarray] | None,
+    mode: _Mode | None,
     time_s: float,
     step: np.ndarray | float,
 ) -> np.ndarray:
     """The state a `step` [s] on, of friction that keeps its way."""
-    first = _rates(lanes, state, volts, inputs, pull, dry, time_s)
-    second = _rates(lanes, state + 0.5 * step * first, volts, inputs, pull, dry, time_s)
-    third = _rates(lanes, state + 0.5 * step * second, volts, inputs, pull, dry, time_s)
-    fourth = _rates(lanes, state + step * third, volts, inputs, pull, dry, time_s)
+    first = _rates(lanes, state, volts, inputs, pull, mode, time_s)
+    second = _rates(lanes, state + 0.5 * step * first, volts, inputs, pull, mode, time_s)
+    third = _rates(lanes, state + 0.5 * step * second, volts, inputs, pull, mode, time_s)
+    fourth = _rates(lanes, state + step * third, volts, inputs, pull, mode, time_s)
     after = state + step / 6 * (first + 2 * (second + third) + fourth)
     if lanes.has("limit_A"):
         after[0] = np.clip(after[0], -lanes.limit_A, lanes.limit_A)
-    if dry is not None:
-        after[1, dry[1]] = 0.0
+    if mode is not None:
+        after[1, mode.held] = 0.0
     if lanes.has("coast"):
         # A bridge that opens leaves no current, nor does one that begins to brake find any.
         after[0] = np.where((lanes.coast > 0) & inputs.driven, 0.0, after[0])

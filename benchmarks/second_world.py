@@ -38,6 +38,8 @@ class Asked:
     kinds: tuple[str, ...]
     seed: int
     dirty: bool = False
+    seconds: float | None = None
+    """That the experiments last in all; None: one to three minutes."""
 
     @property
     def name(self) -> str:
@@ -134,7 +136,7 @@ def _draft(asked: Asked, attempt: int) -> _Draft:
     of_rig, of_plan, of_laws, of_dirt = (np.random.default_rng(child) for child in root.spawn(4))
     rig = draw_rig(of_rig)
     family = FAMILIES[int(of_plan.integers(len(FAMILIES)))]
-    runs = draw_plan(family, rig, of_plan)
+    runs = draw_plan(family, rig, of_plan, asked.seconds)
     dirt = _dirt(of_dirt) if asked.dirty else None
     pauses = np.maximum(of_plan.uniform(0.5, 1.0, len(runs)), 10 / rig.plant.pole)
     schedule, begins = _schedule(rig, runs, pauses, dirt, of_dirt)
