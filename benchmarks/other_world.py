@@ -1,7 +1,7 @@
 """Blind tests on the second plant: motors, plans, sizes and laws that the project's own generators do not have.
 
     python benchmarks/other_world.py [--parts one several nothing without outside] [--kinds coulomb_friction cogging]
-        [--draws 1] [--seed 1] [--dirty]
+        [--draws 1] [--seed 1] [--dirty] [--write DIR]
 
 Found: each hidden effect is named, or an alternative that the recording does not tell from it, and nothing else is.
 `several`: pairs and, every third, triples. `nothing`: right is no name. `without`: the hidden law may not be named, so
@@ -13,6 +13,7 @@ import argparse
 import dataclasses
 import time
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 from _calibration import Said, alike, bins, is_found, log_loss, told
@@ -22,6 +23,7 @@ from second_world import LEVEL, Asked, Question, draw_questions
 from jaxmotor import JaxmotorError, diagnose
 from jaxmotor.cli._runtime import prepare_jax
 from jaxmotor.diagnosis import Diagnosis
+from jaxmotor.recording import write
 
 PARTS = ("one", "several", "nothing", "without", "outside")
 NUMBER = {"several": 5, "nothing": 5}
@@ -58,35 +60,53 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--dirty", action="store_true", help="speeds with noise at uneven times, a wandering torque")
+    parser.add_argument("--write", type=Path, metavar="DIR", help="keep the recordings there")
     chosen = parser.parse_args()
     prepare_jax(threads=True)
-    tallies = {part: _part(part, chosen) for part in chosen.parts}
+    asked = {part: _asked(part, chosen) for part in chosen.parts}
+    begin = time.perf_counter()
+    questions = _drawn([one for its in asked.values() for one in its])
+    seconds = time.perf_counter() - begin
+    print(f"{len(questions)} recordings simulated in {seconds:.0f} s; significance of each law at least {LEVEL:g}")
+    if chosen.write is not None:
+        _write(questions.values(), chosen.write)
+    tallies = {part: _part(part, [questions[one] for one in its], chosen.dirty) for part, its in asked.items()}
     _summary(tallies)
 
 
-def _part(part: str, chosen: argparse.Namespace) -> Tally:
-    asked = [
-        Asked(kinds, seed, chosen.dirty)
-        for seed in range(chosen.seed, chosen.seed + chosen.draws)
-        for kinds in _kinds(part, chosen.kinds, seed)
-    ]
-    asked = [
-        dataclasses.replace(one, seed=one.seed + 1000 * place)
-        for one, place in zip(asked, _places(part, asked), strict=True)
-    ]
-    print(f"\n## {part}{', dirty' if chosen.dirty else ''}\n", flush=True)
-    begin = time.perf_counter()
-    questions = draw_questions(asked) if asked else []
-    print(f"simulated in {time.perf_counter() - begin:.0f} s; significance of each kind at least {LEVEL:g}\n")
-    print(
-        "| hidden | seed | significance | named | probability (with its alternatives) | verdict | drift chi2 held out ",
-        end="",
-    )
-    print("| likeliest not hidden | learned: share of the rest | right | s |")
-    print("|" + "---|" * 11, flush=True)
+def _drawn(asked: list[Asked]) -> dict[Asked, Question]:
+    """Each once."""
+    once = list(dict.fromkeys(asked))
+    return dict(zip(once, draw_questions(once), strict=True))
+
+
+def _write(questions: Iterable[Question], folder: Path) -> None:
+    """As files that `jaxmotor diagnose` reads."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for question in questions:
+        write(question.recording, folder / Path(question.recording.source).name)
+
+
+def _asked(part: str, chosen: argparse.Namespace) -> list[Asked]:
+    found = []
+    for seed in range(chosen.seed, chosen.seed + chosen.draws):
+        # Apart from each other where the same is asked more than once.
+        every = 1000 if part == "nothing" else 0
+        found += [
+            Asked(kinds, seed + every * k, chosen.dirty) for k, kinds in enumerate(_kinds(part, chosen.kinds, seed))
+        ]
+    return found
+
+
+def _part(part: str, questions: list[Question], dirty: bool) -> Tally:
+    print(f"\n## {part}{', dirty' if dirty else ''}\n")
+    columns = ("hidden", "seed", "significance", "named", "probability (with its alternatives)", "verdict")
+    more = ("drift chi2 held out", "likeliest not hidden", "learned: share of the rest", "right", "s")
+    print(f"| {' | '.join(columns + more)} |\n|{'---|' * len(columns + more)}", flush=True)
     tally = Tally()
     for question in questions:
         _one(part, question, tally)
+    print(f"\nright {tally.right} of {tally.number}", flush=True)
     return tally
 
 
@@ -97,11 +117,6 @@ def _kinds(part: str, named: list[str] | None, seed: int) -> list[tuple[str, ...
         rng = np.random.default_rng(seed)
         return [several(3 if k % 3 == 2 else 2, rng) for k in range(NUMBER[part])]
     return [(kind,) for kind in (OUTSIDE if part == "outside" else VOCABULARY) if named is None or kind in named]
-
-
-def _places(part: str, asked: list[Asked]) -> list[int]:
-    """Apart from each other where the same is asked twice."""
-    return [k % NUMBER[part] for k in range(len(asked))] if part == "nothing" else [0] * len(asked)
 
 
 def _one(part: str, question: Question, tally: Tally) -> None:

@@ -209,7 +209,7 @@ def simulate(plants: Sequence[Plant], schedules: Sequence[Schedule], step_s: flo
             for step in range(now * parts, stop * parts):
                 before = state
                 state, bristle = _step(lanes, state, bristle, inputs, step * step_s, step_s)
-                if lanes.has("lost_share"):
+                if "lost_share" in lanes.laws:
                     lost = lost + _lost(lanes, before[1], state[1], step_s)
             now = stop
             _note(motion, read.take(stop), lanes, state, lost)
@@ -272,7 +272,7 @@ def _step(
     """State and bristles one step on."""
     volts = _commanded(lanes, inputs, time_s + 0.5 * step_s)
     pull = None
-    if lanes.has("bristle_rad"):
+    if "bristle_rad" in lanes.laws:
         bristle, pull = _bristles(lanes, bristle, state, step_s)
     if not lanes.has("friction_N_m", "static_N_m", "sector_N_m", "limit_A"):
         return _runge_kutta(lanes, state, volts, inputs, pull, None, time_s, step_s), bristle
@@ -315,7 +315,7 @@ def _part(
     """State, time that is left of `step`, and the way in which a rotor breaks away, 0 where none does."""
     size = _dry(lanes, state)
     rigid = size > 0
-    free = _free_torque(lanes, state, volts, inputs, pull, time_s)
+    free = _free_torque(lanes, state, volts, inputs, pull)
     way = np.sign(state[1])
     still = (way == 0) & rigid
     way = np.where(still, np.where(np.abs(free) > size, np.sign(free), away), way)
@@ -330,7 +330,7 @@ def _part(
         stop[stops] = _root(way * state[1], (way * free - size) / inertia * step, way * after[1])[stops]
     leaves, away = mode.held, np.zeros_like(step)
     if leaves.any():
-        then = _free_torque(lanes, after, volts, inputs, pull, time_s)
+        then = _free_torque(lanes, after, volts, inputs, pull)
         leaves = mode.held & (np.abs(then) > size)
         away = np.where(leaves, np.sign(then), 0.0)
         size, free, then = size[leaves], np.abs(free[leaves]), np.abs(then[leaves])
@@ -357,7 +357,7 @@ def _limit_at(
 ) -> np.ndarray:
     """Share of the step after which the current reaches its limit, at the speed that is now; 1 where it does not."""
     share = np.ones_like(step)
-    if lanes.has("limit_A"):
+    if "limit_A" in lanes.laws:
         hits = (np.abs(after[0]) >= lanes.limit_A) & ~limited & (after[0] * left > 0)
         if hits.any():
             resistance, rises = lanes.resistance_ohm, np.abs(left)
@@ -377,34 +377,34 @@ def _root(begin: np.ndarray, slope: np.ndarray, end: np.ndarray) -> np.ndarray:
 def _commanded(lanes: _Lanes, inputs: _Inputs, time_s: float) -> np.ndarray:
     """Voltage that the bridge is to give [V], without what depends on the current."""
     volts = inputs.volts
-    if lanes.has("dead_zone_V"):
+    if "dead_zone_V" in lanes.laws:
         volts = np.sign(volts) * np.maximum(np.abs(volts) - lanes.dead_zone_V, 0.0)
-    if lanes.has("threshold_V"):
+    if "threshold_V" in lanes.laws:
         volts = np.where(np.abs(volts) >= lanes.threshold_V, volts, 0.0)
-    if lanes.has("cubic_per_V2"):
+    if "cubic_per_V2" in lanes.laws:
         volts = volts + lanes.cubic_per_V2 * volts**3
-    if lanes.has("clip_V"):
-        volts = np.clip(volts, -lanes.clip_V, lanes.clip_V)
-    if lanes.has("asymmetry"):
+    if "clip_V" in lanes.laws:
+        volts = np.minimum(np.maximum(volts, -lanes.clip_V), lanes.clip_V)
+    if "asymmetry" in lanes.laws:
         volts = (1 + lanes.asymmetry * np.sign(volts)) * volts
-    if lanes.has("jump_gain"):
+    if "jump_gain" in lanes.laws:
         volts = volts * np.where(time_s >= lanes.jump_s, lanes.jump_gain, 1.0)
-    if lanes.has("fall_per_s"):
+    if "fall_per_s" in lanes.laws:
         volts = volts * (1 - lanes.fall_per_s * time_s)
-    return volts + lanes.offset_V if lanes.has("offset_V") else volts
+    return volts + lanes.offset_V if "offset_V" in lanes.laws else volts
 
 
 def _winding(lanes: _Lanes, state: np.ndarray, volts: np.ndarray, driven: np.ndarray) -> np.ndarray:
     """Voltage that is left to change the current [V]."""
     current = state[0]
     resistance = lanes.resistance_ohm
-    if lanes.has("heat_K_W"):
+    if "heat_K_W" in lanes.laws:
         resistance = resistance * (1 + COPPER_PER_K * state[5])
-    if lanes.has("source_ohm"):
+    if "source_ohm" in lanes.laws:
         resistance = resistance + lanes.source_ohm * (volts / lanes.supply_V) ** 2
     left = volts - resistance * current - lanes.constant_V_s * state[1]
-    if lanes.has("dead_time_V"):
-        left = left - lanes.dead_time_V * np.clip(current / lanes.ripple_A, -1, 1) * driven
+    if "dead_time_V" in lanes.laws:
+        left = left - lanes.dead_time_V * np.minimum(np.maximum(current / lanes.ripple_A, -1), 1) * driven
     return left
 
 
@@ -417,7 +417,7 @@ def _coasting(lanes: _Lanes, state: np.ndarray, volts: np.ndarray) -> np.ndarray
 
 
 def _inertia(lanes: _Lanes, time_s: float) -> np.ndarray:
-    if not lanes.has("inertia_jump"):
+    if "inertia_jump" not in lanes.laws:
         return lanes.inertia_kg_m2
     return lanes.inertia_kg_m2 * np.where(time_s >= lanes.inertia_jump_s, lanes.inertia_jump, 1.0)
 
@@ -425,9 +425,9 @@ def _inertia(lanes: _Lanes, time_s: float) -> np.ndarray:
 def _dry(lanes: _Lanes, state: np.ndarray) -> np.ndarray:
     """Size of the rigid dry friction, or what it holds at rest [N m]."""
     size = _curve(lanes, state)
-    if lanes.has("bristle_rad"):
+    if "bristle_rad" in lanes.laws:
         size = np.where(lanes.bristle_rad > 0, 0.0, size)
-    if lanes.has("sector_N_m"):
+    if "sector_N_m" in lanes.laws:
         into = np.mod(state[2] - lanes.sector_rad, 2 * np.pi)
         size = size + np.where(into < lanes.sector_width_rad, lanes.sector_N_m, 0.0)
     return size
@@ -436,10 +436,10 @@ def _dry(lanes: _Lanes, state: np.ndarray) -> np.ndarray:
 def _curve(lanes: _Lanes, state: np.ndarray) -> np.ndarray:
     """Friction over speed [N m]."""
     size = lanes.friction_N_m
-    if lanes.has("static_N_m"):
+    if "static_N_m" in lanes.laws:
         more = np.maximum(lanes.static_N_m - size, 0.0)
         size = size + more * np.exp(-((state[1] / lanes.stribeck_rad_s) ** 2))
-    if lanes.has("warming"):
+    if "warming" in lanes.laws:
         size = size * (1 - lanes.warming * state[6])
     return size
 
@@ -465,33 +465,45 @@ def _bristles(lanes: _Lanes, bristle: np.ndarray, state: np.ndarray, step_s: flo
 
 
 def _free_torque(
-    lanes: _Lanes, state: np.ndarray, volts: np.ndarray, inputs: _Inputs, pull: np.ndarray | None, time_s: float
+    lanes: _Lanes, state: np.ndarray, volts: np.ndarray, inputs: _Inputs, pull: np.ndarray | None
 ) -> np.ndarray:
     """Torque on the rotor without rigid dry friction [N m]."""
+    current = _mean_current(lanes, state, volts, inputs)
+    return _torque_of(lanes, state, inputs, pull, current) - (
+        _coupling(lanes, state) if "load_kg_m2" in lanes.laws else 0.0
+    )
+
+
+def _mean_current(lanes: _Lanes, state: np.ndarray, volts: np.ndarray, inputs: _Inputs) -> np.ndarray:
+    """Of the winding [A]."""
+    if "coast" not in lanes.laws:
+        return state[0]
+    return np.where((lanes.coast > 0) & inputs.driven, _coasting(lanes, state, volts), state[0])
+
+
+def _torque_of(
+    lanes: _Lanes, state: np.ndarray, inputs: _Inputs, pull: np.ndarray | None, current: np.ndarray
+) -> np.ndarray:
+    """Torque on the rotor [N m] but for rigid dry friction and a load behind a spring."""
     speed = state[1]
-    current = state[0]
-    if lanes.has("coast"):
-        current = np.where((lanes.coast > 0) & inputs.driven, _coasting(lanes, state, volts), current)
     torque = lanes.constant_V_s * current - lanes.viscous_N_m_s * speed - lanes.load_N_m - inputs.torque
     if pull is not None:
         torque = torque - pull
-    if lanes.has("drag_N_m_s2"):
+    if "drag_N_m_s2" in lanes.laws:
         torque = torque - lanes.drag_N_m_s2 * speed * np.abs(speed)
-    if lanes.has("cubic_drag_N_m_s3"):
+    if "cubic_drag_N_m_s3" in lanes.laws:
         torque = torque - lanes.cubic_drag_N_m_s3 * speed**3
-    if lanes.has("detent_N_m"):
+    if "detent_N_m" in lanes.laws:
         torque = torque - lanes.detent_N_m * np.sin(lanes.detent_cycles * state[2] + lanes.detent_rad)
-    if lanes.has("arm_N_m"):
+    if "arm_N_m" in lanes.laws:
         torque = torque - lanes.arm_N_m * np.sin(state[2])
-    if lanes.has("load_kg_m2"):
-        torque = torque - _coupling(lanes, state)
     return torque
 
 
 def _coupling(lanes: _Lanes, state: np.ndarray) -> np.ndarray:
     """Torque from the rotor to the load [N m]; at a gap's edges it pushes and never pulls."""
     twist, turning = state[2] - state[4], state[1] - state[3]
-    if not lanes.has("gap_rad"):
+    if "gap_rad" not in lanes.laws:
         return lanes.spring_N_m_rad * twist + lanes.damper_N_m_s * turning
     half = 0.5 * np.maximum(lanes.gap_rad, 0.0)
     beyond = np.sign(twist) * np.maximum(np.abs(twist) - half, 0.0)
@@ -512,24 +524,23 @@ def _rates(
     """(8, m) derivative of the state."""
     rates = np.zeros_like(state)
     rates[0] = _winding(lanes, state, volts, inputs.driven) / lanes.inductance_H
-    torque = _free_torque(lanes, state, volts, inputs, pull, time_s)
+    current = _mean_current(lanes, state, volts, inputs)
+    torque = _torque_of(lanes, state, inputs, pull, current)
+    if "load_kg_m2" in lanes.laws:
+        push = _coupling(lanes, state)
+        torque = torque - push
+        rates[3], rates[4] = push / np.maximum(lanes.load_kg_m2, 1e-30), state[3]
     if mode is not None:
         rates[0] = np.where(mode.limited, 0.0, rates[0])
         torque = np.where(mode.held, 0.0, torque - mode.way * _dry(lanes, state))
     rates[1] = torque / _inertia(lanes, time_s)
     rates[2] = state[1]
-    if lanes.has("load_kg_m2"):
-        rates[3] = _coupling(lanes, state) / np.maximum(lanes.load_kg_m2, 1e-30)
-        rates[4] = state[3]
-    if lanes.has("heat_K_W"):
-        current = state[0]
-        if lanes.has("coast"):
-            current = np.where((lanes.coast > 0) & inputs.driven, _coasting(lanes, state, volts), current)
+    if "heat_K_W" in lanes.laws:
         power = current**2 * lanes.resistance_ohm * (1 + COPPER_PER_K * state[5])
         rates[5] = (lanes.heat_K_W * power - state[5]) / lanes.heat_s
-    if lanes.has("warming"):
+    if "warming" in lanes.laws:
         rates[6] = (np.minimum(np.abs(state[1]) / lanes.warming_rad_s, 1.0) - state[6]) / lanes.warming_s
-    if lanes.has("filter_s"):
+    if "filter_s" in lanes.laws:
         seen = state[2] + lanes.eccentric_rad * np.sin(lanes.eccentric_cycles * state[2] + lanes.eccentric_phase_rad)
         rates[7] = (seen - state[7]) / np.where(lanes.filter_s > 0, lanes.filter_s, 1.0)
     return rates
@@ -551,11 +562,11 @@ def _runge_kutta(
     third = _rates(lanes, state + 0.5 * step * second, volts, inputs, pull, mode, time_s)
     fourth = _rates(lanes, state + step * third, volts, inputs, pull, mode, time_s)
     after = state + step / 6 * (first + 2 * (second + third) + fourth)
-    if lanes.has("limit_A"):
-        after[0] = np.clip(after[0], -lanes.limit_A, lanes.limit_A)
+    if "limit_A" in lanes.laws:
+        after[0] = np.minimum(np.maximum(after[0], -lanes.limit_A), lanes.limit_A)
     if mode is not None:
         after[1, mode.held] = 0.0
-    if lanes.has("coast"):
+    if "coast" in lanes.laws:
         # A bridge that opens leaves no current, nor does one that begins to brake find any.
         after[0] = np.where((lanes.coast > 0) & inputs.driven, 0.0, after[0])
     return after

@@ -27,7 +27,7 @@ LEVEL = 400.0
 ATTEMPTS = 8
 STILL_S = 0.1
 """A segment begins at rest where the count stood still for so long."""
-TOGETHER = 40
+TOGETHER = 100
 """Motors that are simulated side by side."""
 
 
