@@ -92,6 +92,7 @@ class Question:
         return (
             f"{self.rig.name}, {self.family}, {rows} rows of {1e3 * self.rig.period_s:g} ms, "
             f"{self.rig.counts_per_rev:.4g} counts, pole {self.plant.pole:.3g}; {physical(self.plant)}"
+            f"{'' if self.dirt is None else f'; {self.dirt}'}"
         )
 
 
