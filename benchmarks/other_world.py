@@ -33,8 +33,9 @@ RELATIVES = {
     "friction_warming": {"coulomb_friction", "stiction"},
     "friction_sector": {"coulomb_friction", "stiction"},
     "cubic_drag": {"quadratic_drag"},
+    "gravity_arm": {"cogging"},
 }
-"""Names that are half right."""
+"""Names that are half right; of the arm wholly: its torque is a cogging of one cycle in a turn."""
 EQUALS = {
     "voltage_offset": {"load_torque"},
     "load_torque": {"voltage_offset"},

@@ -4,7 +4,9 @@
 
 KIND is a law of `_second_laws.py`, several joined by +, or `none`. What a recording cannot show is no fair question: a
 law whose significance is below `LEVEL` is drawn again, motor and plan with it. The significance is the sum of squares
-of what the law changes in the readings, gain and pole refitted to first order, over the variance of a reading.
+of what the law changes in the readings, gain and pole refitted to first order, over the variance of a reading. Of
+counts it is asked twice: of the angle, free by a constant in each segment, and (a quarter of `LEVEL` is enough) of
+changes over some twenty rows, since a slow drift of the angle is evidence for nobody who distrusts his zero.
 """
 
 import argparse
@@ -24,6 +26,8 @@ from jaxmotor.recording import Recording, Segment, from_arrays, write
 
 LEVEL = 400.0
 """Significance: 20 standard deviations."""
+MEMORY = 0.95
+"""Of a residual that forgets: what remains of it a row later. Of slow changes hardly anything is seen in it."""
 ATTEMPTS = 8
 STILL_S = 0.1
 """A segment begins at rest where the count stood still for so long."""
@@ -199,16 +203,17 @@ def _schedule(
     all_volts = np.concatenate([*volts, [0.0]])
     driven = np.ones(len(steps), bool)
     driven[[row - back for row in begins for back in (1, 2)] + [-1]] = False
-    return Schedule(steps, all_volts, driven, _walk(rig, steps, dirt, rng)), begins
+    return Schedule(steps, all_volts, driven, _walk(rig, driven, dirt, rng)), begins
 
 
-def _walk(rig: Rig, steps: np.ndarray, dirt: Dirt | None, rng: np.random.Generator) -> np.ndarray:
-    """A torque that wanders, held between instants [N m]."""
+def _walk(rig: Rig, driven: np.ndarray, dirt: Dirt | None, rng: np.random.Generator) -> np.ndarray:
+    """A torque that wanders, held between instants [N m]; its mean over the segments, which is a load, is taken out."""
     if dirt is None:
-        return np.zeros(len(steps))
+        return np.zeros(len(driven))
     keep = np.exp(-rig.period_s / dirt.walk_s)
-    steps_of = rng.standard_normal(len(steps)) * np.sqrt(1 - keep**2)
-    return dirt.walk * rig.stall_N_m * np.asarray(lfilter([1.0], [1.0, -keep], steps_of))
+    changes = rng.standard_normal(len(driven)) * np.sqrt(1 - keep**2)
+    torque = dirt.walk * rig.stall_N_m * np.asarray(lfilter([1.0], [1.0, -keep], changes))
+    return torque - torque[driven].mean()
 
 
 def _questions(drafts: list[_Draft], attempt: int) -> list[Question]:
@@ -302,16 +307,28 @@ def _noise(draft: _Draft, motion: Motion) -> float:
 def _significance(draft: _Draft, motion: Motion, others: list[np.ndarray]) -> tuple[float, ...]:
     """Of each kind."""
     linear = linear_angle(draft.rig.plant, draft.schedule)
-    columns = [_readings(draft, motion, one - linear) for one in _columns(draft, linear)]
+    nuisance = _columns(draft, linear)
     changes = [motion.angle - other for other in others or ([linear] if draft.asked.kinds else [])]
-    return tuple(_beyond(_readings(draft, motion, change), columns) for change in changes)
+    found = []
+    for change in changes:
+        whole = _beyond(*(_readings(draft, motion, one) for one in (change, *nuisance)))
+        recent = np.inf if draft.dirt else 4 * _beyond(*(_recent(draft, one) for one in (change, *nuisance)))
+        found.append(min(whole, recent))
+    return tuple(found)
+
+
+def _recent(draft: _Draft, change: np.ndarray) -> np.ndarray:
+    """A change of the angle in differences of counts that add up over some twenty rows, in standard deviations."""
+    per_count = 2 * np.pi / draft.rig.counts_per_rev / np.sqrt(6 * (1 + MEMORY))
+    turned = [np.diff(change[rows]) for rows in _rows(draft)]
+    return np.concatenate([np.asarray(lfilter([1.0], [1.0, -MEMORY], one)) for one in turned]) / per_count
 
 
 def _columns(draft: _Draft, linear: np.ndarray) -> list[np.ndarray]:
-    """Angles of linear motors of a little more gain, and of a faster pole."""
+    """What a little more gain, and a faster pole, change in the angle."""
     plant = draft.rig.plant
     faster = dataclasses.replace(plant, inertia_kg_m2=plant.inertia_kg_m2 * 0.999)
-    return [linear * 1.001, linear_angle(faster, draft.schedule)]
+    return [1e-3 * linear, linear_angle(faster, draft.schedule) - linear]
 
 
 def _readings(draft: _Draft, motion: Motion, change: np.ndarray) -> np.ndarray:
@@ -322,7 +339,8 @@ def _readings(draft: _Draft, motion: Motion, change: np.ndarray) -> np.ndarray:
     return np.concatenate([change[rows] - change[rows].mean() for rows in _rows(draft)]) / per_count
 
 
-def _beyond(change: np.ndarray, columns: list[np.ndarray]) -> float:
+def _beyond(change: np.ndarray, *columns: np.ndarray) -> float:
+    """Sum of squares of what `columns` leave of a change."""
     matrix = np.column_stack(columns)
     return float(np.sum((change - matrix @ np.linalg.lstsq(matrix, change)[0]) ** 2))
 

@@ -22,7 +22,7 @@ PLANT = Plant(
 )
 FRICTION = 0.05
 COUNT = 2 * np.pi / 8400
-"""The finest encoder of the data sheets [rad]."""
+"""Finer than any encoder of the data sheets [rad]."""
 
 
 def schedule(changes: dict[float, float], seconds: float, period_s: float = STEP_S) -> Schedule:
