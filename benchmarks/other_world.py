@@ -40,8 +40,10 @@ EQUALS = {
     "voltage_offset": {"load_torque"},
     "load_torque": {"voltage_offset"},
     "coulomb_friction": {"stiction"},
+    "electrical_pole": {"sensor_lag", "transport_delay"},
+    "sensor_lag": {"electrical_pole", "transport_delay"},
 }
-"""One equation, or one that contains the other."""
+"""One equation, one that contains the other, or short lags of one response."""
 
 
 @dataclasses.dataclass

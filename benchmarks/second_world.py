@@ -95,7 +95,8 @@ class Question:
         rows = sum(len(one) for one in self.recording.segments)
         return (
             f"{self.rig.name}, {self.family}, {rows} rows of {1e3 * self.rig.period_s:g} ms, "
-            f"{self.rig.counts_per_rev:.4g} counts, pole {self.plant.pole:.3g}; {physical(self.plant)}"
+            f"{self.rig.counts_per_rev:.4g} counts, pole {self.plant.pole:.3g}, "
+            f"L/R {self.plant.inductance_H / self.plant.resistance_ohm:.2g}; {physical(self.plant)}"
             f"{'' if self.dirt is None else f'; {self.dirt}'}"
         )
 
