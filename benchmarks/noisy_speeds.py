@@ -10,24 +10,20 @@ probabilities are those of all effects tried, and of none. With --counts the rec
 
 import argparse
 import dataclasses
-import itertools
 import time
 
 import numpy as np
-from hidden import SINGLE, Hidden, draw
+from _calibration import alike, calibration, is_found, log_loss, told
+from hidden import SINGLE, draw
 from scipy.signal import lfilter
 
 from jaxmotor import JaxmotorError, Recording, diagnose
 from jaxmotor.cli._runtime import prepare_jax
-from jaxmotor.diagnosis import Diagnosis, FoundEffect
 from jaxmotor.recording import Segment
 
 NOISE = (0.002, 0.02)
 """Of the root mean square speed."""
 MEMORY_ROWS = 10.0
-SAID = (0.0, 0.05, 0.2, 0.5, 0.8, 0.95, np.inf)
-SUREST = 1e-3
-"""As which probabilities nearer to 0 or 1 count in the log loss: so far nobody has tested them."""
 
 
 def as_speeds(recording: Recording, rng: np.random.Generator) -> Recording:
@@ -69,40 +65,6 @@ def _with_speed(segment: Segment, speed: np.ndarray) -> Segment:
         extra={},
         speed_rad_s=speed[rows],
     )
-
-
-def alike(one: FoundEffect) -> list[str]:
-    """The effect, and those that the recording does not tell from it."""
-    return [one.name, *(rival.name for rival in one.rivals if rival.inseparable)]
-
-
-def is_found(hidden: Hidden, found: Diagnosis) -> bool:
-    """Each hidden effect is named or an alternative, and nothing else is named."""
-    named = [alike(one) for one in found.effects]
-    return len(named) == len(hidden.truth) and all(any(name in one for one in named) for name in hidden.truth)
-
-
-def told(hidden: Hidden, found: Diagnosis) -> list[tuple[float, bool]]:
-    """The probability of each effect and of none, and whether it is so."""
-    return [
-        (said, name in hidden.truth if name != "none" else not hidden.truth)
-        for name, said in found.probabilities.items()
-    ]
-
-
-def log_loss(said: list[tuple[float, bool]]) -> float:
-    """Mean of -log of the probability of what is so."""
-    clipped = np.clip([one for one, _ in said], SUREST, 1 - SUREST)
-    return float(-np.mean(np.log(np.where([true for _, true in said], clipped, 1 - clipped))))
-
-
-def calibration(said: list[tuple[float, bool]]) -> str:
-    """true/said of each range of probabilities."""
-    cells = []
-    for low, high in itertools.pairwise(SAID):
-        inside = [true for probability, true in said if low <= probability < high]
-        cells.append(f"{low:g} to {high:.2g}: {sum(inside)}/{len(inside)}")
-    return ", ".join(cells)
 
 
 def main() -> None:

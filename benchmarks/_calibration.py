@@ -1,0 +1,61 @@
+"""Whether what was hidden is named, and how true the stated probabilities are."""
+
+import itertools
+from collections.abc import Collection, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from jaxmotor.diagnosis import Diagnosis, FoundEffect
+
+SAID = (0.0, 0.05, 0.2, 0.5, 0.8, 0.95, np.inf)
+SUREST = 1e-3
+"""As which probabilities nearer to 0 or 1 count in the log loss: so far nobody has tested them."""
+Said = list[tuple[float, bool]]
+"""A probability, and whether it was so."""
+
+
+class HasTruth(Protocol):
+    @property
+    def truth(self) -> Collection[str]:
+        """Names of the effects that are hidden."""
+        ...
+
+
+def alike(one: FoundEffect) -> list[str]:
+    """The effect, and those that the recording does not tell from it."""
+    return [one.name, *(rival.name for rival in one.rivals if rival.inseparable)]
+
+
+def is_found(hidden: HasTruth, found: Diagnosis) -> bool:
+    """Each hidden effect is named or an alternative, and nothing else is named."""
+    named = [alike(one) for one in found.effects]
+    return len(named) == len(hidden.truth) and all(any(name in one for one in named) for name in hidden.truth)
+
+
+def told(hidden: HasTruth, found: Diagnosis) -> Said:
+    """The probability of each effect and of none, and whether it is so."""
+    return [
+        (said, name in hidden.truth if name != "none" else not hidden.truth)
+        for name, said in found.probabilities.items()
+    ]
+
+
+def log_loss(said: Said) -> float:
+    """Mean of -log of the probability of what is so."""
+    clipped = np.clip([one for one, _ in said], SUREST, 1 - SUREST)
+    return float(-np.mean(np.log(np.where([true for _, true in said], clipped, 1 - clipped))))
+
+
+def bins(said: Said) -> Sequence[tuple[str, int, int]]:
+    """Range of probabilities, how many of it are true, and how many there are."""
+    rows = []
+    for low, high in itertools.pairwise(SAID):
+        inside = [true for probability, true in said if low <= probability < high]
+        rows.append((f"{low:g} to {high:.2g}", sum(inside), len(inside)))
+    return rows
+
+
+def calibration(said: Said) -> str:
+    """true/said of each range of probabilities."""
+    return ", ".join(f"{name}: {true}/{number}" for name, true, number in bins(said))
