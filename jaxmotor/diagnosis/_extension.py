@@ -12,7 +12,7 @@ from jaxmotor.diagnosis._free import with_effect
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
-from jaxmotor.diagnosis._search import Search
+from jaxmotor.diagnosis._search import GROWS, Search
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import AbstractEffect, AbstractStepInTime, parameters
 
@@ -28,8 +28,11 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
     """
 
     def last(own: Fitted) -> None:
-        bases = {frozenset(base.names): base for base in (own, *search.without_each(own), search.linear)}
-        _try(search, list(bases.values()), _starts(search, own, seen(own)))
+        starts = _starts(search, own, seen(own))
+        _try(search, [own] if own is search.linear else [own, search.linear], starts)
+        helpful = [start for start in starts if _helps(search, own, start)]
+        if helpful:
+            _try(search, search.without_each(own), helpful)
 
     found = search.run(last)
     for _ in range(MORE):
@@ -57,6 +60,13 @@ def _starts(search: Search, own: Fitted, looks: Iterable[Look]) -> list[Abstract
         else:
             starts.append(start)
     return starts
+
+
+def _helps(search: Search, own: Fitted, start: AbstractEffect) -> bool:
+    """A motor with it, beside the effects of `own` or alone, is about as likely as the best one."""
+    weight = search.weights()
+    having = [weight.get(names | {start.name}, 0.0) for names in (frozenset(own.names), search.own)]
+    return max(having) > GROWS * max(weight.values())
 
 
 def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect]) -> None:

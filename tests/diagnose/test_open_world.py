@@ -94,7 +94,7 @@ def found():
 def the_law(diagnosis, coordinate):
     """The one curve that was learned, which is all that the motor lacked."""
     assert diagnosis.verdict == "extended" and diagnosis.whole.after.chi2_per_sample < 1.05
-    assert diagnosis.held_out.drift_after < 1.15 < 50 < diagnosis.held_out.drift_before
+    assert diagnosis.held_out.drift_after < 1.3 < 50 < diagnosis.held_out.drift_before
     [effect], [law] = diagnosis.effects, diagnosis.learned
     assert effect.curve is law and law.coordinate == coordinate and law.share > 0.98
     assert effect.probability > 0.95 and effect.name in diagnosis.probabilities
@@ -184,7 +184,7 @@ def test_a_learned_law_is_kept_with_the_model(found, tmp_path):
     for name, value in diagnosis.effects[0].parameters.items():
         assert float(getattr(effect, name)) == value
     other, _ = hidden(LAWS["angle"], 11, RUNS[:8])
-    before, after = (validate(one, other, simulations=32).open_loop.pooled for one in (diagnosis.fit, model))
+    before, after = (validate(one, other, simulations=64).open_loop.pooled for one in (diagnosis.fit, model))
     assert after.chi2_per_sample < 1.1 < before.chi2_per_sample
 
 
