@@ -8,7 +8,7 @@ effects that only imitated it, those go.
 from collections.abc import Callable, Iterable
 
 from jaxmotor.diagnosis._found import COARSE, Found
-from jaxmotor.diagnosis._free import with_effect
+from jaxmotor.diagnosis._free import with_effect, without_effect
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
@@ -16,7 +16,7 @@ from jaxmotor.diagnosis._search import GROWS, Search
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import AbstractEffect, AbstractStepInTime, parameters
 
-MORE = 3
+MORE = 2
 """Of such laws in one motor at most."""
 Seen = Callable[[Fitted], Iterable[Look]]
 
@@ -35,15 +35,31 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
             _try(search, search.without_each(own), helpful)
 
     found = search.run(last)
+    if is_explained(found.fitted):
+        return _of_one_law(search, found)
     for _ in range(MORE):
-        if is_explained(found.fitted):
-            break
         before = set(found.fitted.names)
         last(search.visited.get(frozenset(before), found.fitted))
         found = search.settled(search.best())
-        if set(found.fitted.names) == before:
+        if is_explained(found.fitted) or set(found.fitted.names) == before:
             break
     return found
+
+
+def _of_one_law(search: Search, found: Found) -> Found:
+    """`found`, or one law in the place of two that depend on the same coordinate, where it does as well."""
+    own = search.visited.get(frozenset(found.fitted.names), found.fitted)
+    over = [type(effect).over for effect in own.motor.effects]
+    twice = {one for one in over if one and over.count(one) > 1}
+    if not twice:
+        return found
+    rest = own.motor
+    for effect in own.motor.effects:
+        rest = without_effect(rest, effect.name) if type(effect).over in twice else rest
+    base = search.solver.fit(rest, own.speeds, COARSE)
+    last = [effect for effect in search.solver.request.asked() if effect.sought_last and effect.over in twice]
+    _try(search, [base], [start for effect in last for start in effect.starts(search.rig)])
+    return search.settled(search.best())
 
 
 def _starts(search: Search, own: Fitted, looks: Iterable[Look]) -> list[AbstractEffect]:

@@ -20,7 +20,7 @@ from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, late
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import AbstractEffect, AbstractLoadEffect, Rig, parameters
+from jaxmotor.motor.effects import AbstractEffect, AbstractLearnedEffect, AbstractLoadEffect, Rig, parameters
 
 FIRST, LATER = 7, 5
 """Candidates that are fitted beside the linear motor, and beside others."""
@@ -103,7 +103,7 @@ class Search:
             if better is fitted:
                 break
             fitted = better
-        fitted = self._likely(fitted)
+        fitted = self._known(self._likely(fitted))
         named = tuple(self._named(fitted, name) for name in self._causes(fitted))
         return Found(self.linear, self._refined(fitted) if named else self.linear, named, self._probabilities())
 
@@ -138,7 +138,9 @@ class Search:
 
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
-        self._extend(self.without_each(fitted), LATER)
+        bases = self.without_each(fitted)
+        # A curve leaves little to imitate, and each further effect beside one takes long.
+        self._extend([base for base in bases if not _is_learned(base)], LATER)
         self.keep(side_by_side(functools.partial(self._fit, fitted), self._likewise(fitted, beside=False)))
 
     def _likewise(self, fitted: Fitted, *, beside: bool) -> list[Motor]:
@@ -237,6 +239,20 @@ class Search:
     def _shorter(self, fitted: Fitted, name: str) -> Fitted:
         return self._fit(fitted, without_effect(fitted.motor, name))
 
+    def _known(self, fitted: Fitted) -> Fitted:
+        """`fitted`, or one with a known law in the place of a learned one that contains it, where that explains all
+        and is not much less likely."""
+        for effect in fitted.template.effects:
+            rest = frozenset(fitted.names) - {effect.name}
+            simpler = self.relations.simpler(effect.name) if isinstance(effect, AbstractLearnedEffect) else ()
+            weight = self.weights()
+            least = EQUAL * weight[frozenset(fitted.names)]
+            known = [rest | {name} for name in simpler if weight.get(rest | {name}, 0.0) > least]
+            known = [names for names in known if self.explains(self.visited[names])]
+            if known:
+                return self.visited[max(known, key=lambda names: weight[names])]
+        return fitted
+
     def _likely(self, fitted: Fitted) -> Fitted:
         """`fitted` without effects that are less likely than not, or take up too little where something is left."""
         for name in self._causes(fitted):
@@ -285,6 +301,10 @@ class Search:
     def _refined(self, fitted: Fitted) -> Fitted:
         fitted = self.solver.fit(fitted.motor, fitted.speeds, FINE)
         return polished(self.solver, fitted, COARSE) if is_wide(fitted.template.effects) else fitted
+
+
+def _is_learned(fitted: Fitted) -> bool:
+    return any(isinstance(effect, AbstractLearnedEffect) for effect in fitted.template.effects)
 
 
 def _sized(effect: type[AbstractEffect], size: float) -> AbstractEffect:

@@ -88,6 +88,9 @@ class AbstractEffect(eqx.Module):
     """Of effects that explain a recording equally well the least rare is preferred: 0 the most usual, 1 all others."""
     always_tried: ClassVar[bool] = False
     """It is like no small multiple of itself: fitted beside the linear motor whatever its score."""
+    over: ClassVar[str] = ""
+    """The coordinate that alone decides what it takes or gives, `speed` or `voltage`: where two such are named, one law
+    of another shape may be there. Empty for all others."""
     sought_last: ClassVar[bool] = False
     """It is sought only where the other effects leave something unexplained."""
     explained_chi2: ClassVar[float] = 1.0

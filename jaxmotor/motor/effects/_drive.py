@@ -68,6 +68,7 @@ class DeadZone(AbstractDriveEffect, AbstractSourceEffect):
     """sgn(u) max(|u| - d, 0): the first volts are lost."""
 
     name: ClassVar[str] = "dead_zone"
+    over: ClassVar[str] = "voltage"
     rarity: ClassVar[float] = 3 / 6
     holds_by: ClassVar[str] = "volts_V"
     says: ClassVar[str] = "the first {volts_V} of any voltage are lost"
@@ -90,6 +91,7 @@ class InputThreshold(AbstractDriveEffect, AbstractSourceEffect):
     """u where |u| >= d, else 0: small voltages do nothing, larger ones are complete."""
 
     name: ClassVar[str] = "input_threshold"
+    over: ClassVar[str] = "voltage"
     holds_by: ClassVar[str] = "volts_V"
     says: ClassVar[str] = "voltages below {volts_V} do nothing, larger ones act in full"
     advice: ClassVar[str] = "Keep commands above it; look for a least duty in the driver or its firmware."
@@ -115,6 +117,7 @@ class VoltageSaturation(AbstractDriveEffect, AbstractSourceEffect):
     """u within +-Vmax: the bridge gives no more."""
 
     name: ClassVar[str] = "voltage_saturation"
+    over: ClassVar[str] = "voltage"
     says: ClassVar[str] = "the bridge gives no more than {volts_V}"
     advice: ClassVar[str] = (
         "Plan with that limit instead of the supply's voltage, and tell the controller (anti-windup)."
@@ -136,6 +139,7 @@ class DirectionAsymmetry(AbstractDriveEffect, AbstractSourceEffect):
     """(1 + e sgn(u)) u: one direction gets more voltage than the other."""
 
     name: ClassVar[str] = "direction_asymmetry"
+    over: ClassVar[str] = "voltage"
     says: ClassVar[str] = "voltages act {ratio} stronger forward, and as much weaker backward"
     advice: ClassVar[str] = (
         "Scale commands by direction; measure at the motor's terminals which half of the bridge is weak."

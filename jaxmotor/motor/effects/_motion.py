@@ -35,6 +35,7 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) v: dry friction of constant size, which holds any torque up to v at rest."""
 
     name: ClassVar[str] = "coulomb_friction"
+    over: ClassVar[str] = "speed"
     kin: ClassVar[tuple[str, ...]] = ("dead_zone", "voltage_offset", "load_torque")
     rarity: ClassVar[float] = 0.0
     holds_by: ClassVar[str] = "volts_V"
@@ -58,6 +59,7 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) (v + (vs - v) exp(-(w/ws)²)): dry friction that is larger near rest (Stribeck)."""
 
     name: ClassVar[str] = "stiction"
+    over: ClassVar[str] = "speed"
     holds_by: ClassVar[str] = "static_volts_V"
     contains: ClassVar[tuple[str, ...]] = ("coulomb_friction",)
     says: ClassVar[str] = (
@@ -90,6 +92,7 @@ class QuadraticDrag(AbstractMotionEffect, AbstractTorqueEffect):
     """c w |w|: a fan, a propeller, a stirred liquid."""
 
     name: ClassVar[str] = "quadratic_drag"
+    over: ClassVar[str] = "speed"
     says: ClassVar[str] = "drag that grows with the square of the speed takes {volts_V_s2_rad2} at 10 rad/s"
     advice: ClassVar[str] = (
         "A fan, a propeller or a stirred liquid does that; feed it forward, and expect less gain at high speed."
