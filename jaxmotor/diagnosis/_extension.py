@@ -14,7 +14,7 @@ from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._search import GROWS, Search
 from jaxmotor.diagnosis._solve import Fitted
-from jaxmotor.motor.effects import AbstractEffect, AbstractStepInTime, parameters
+from jaxmotor.motor.effects import LEARNED, AbstractEffect, AbstractStepInTime, parameters
 
 MORE = 2
 """Of such laws in one motor at most."""
@@ -47,19 +47,24 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
 
 
 def _of_one_law(search: Search, found: Found) -> Found:
-    """`found`, or one law in the place of two that depend on the same coordinate, where it does as well."""
+    """`found`, or one law in the place of two, where it does as well: a learned one in the place of all, or one over
+    the coordinate that two of them depend on."""
     own = search.visited.get(frozenset(found.fitted.names), found.fitted)
+    if len(found.named) < 2:
+        return found
+    last = [effect for effect in search.solver.request.asked() if effect.sought_last]
+    learned = [effect for effect in last if effect.name in LEARNED]
+    _try(search, [search.linear], [start for effect in learned for start in effect.starts(search.rig)])
     over = [type(effect).over for effect in own.motor.effects]
     twice = {one for one in over if one and over.count(one) > 1}
-    if not twice:
-        return found
-    rest = own.motor
-    for effect in own.motor.effects:
-        rest = without_effect(rest, effect.name) if type(effect).over in twice else rest
-    base = search.solver.fit(rest, own.speeds, COARSE)
-    last = [effect for effect in search.solver.request.asked() if effect.sought_last and effect.over in twice]
-    _try(search, [base], [start for effect in last for start in effect.starts(search.rig)])
-    return search.settled(search.best())
+    if twice:
+        rest = own.motor
+        for effect in own.motor.effects:
+            rest = without_effect(rest, effect.name) if type(effect).over in twice else rest
+        base = search.solver.fit(rest, own.speeds, COARSE)
+        _try(search, [base], [start for one in last if one.over in twice for start in one.starts(search.rig)])
+    best = search.best()
+    return found if set(best.names) == set(own.names) else search.settled(best)
 
 
 def _starts(search: Search, own: Fitted, looks: Iterable[Look]) -> list[AbstractEffect]:
