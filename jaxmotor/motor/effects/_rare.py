@@ -34,7 +34,7 @@ class CubicDrive(AbstractDriveEffect, AbstractSourceEffect):
     name: ClassVar[str] = "cubic_drive"
     sought_last: ClassVar[bool] = True
     rarity: ClassVar[float] = RARITY
-    says: ClassVar[str] = "10 V act {cubic_1_V2} stronger than in proportion, smaller voltages less with their square"
+    says: ClassVar[str] = "voltages act stronger than in proportion: 10 V by {cubic_1_V2}, others with their square"
     advice: ClassVar[str] = (
         "Measure the mean voltage at the motor's terminals against the command, and invert that curve in software."
     )
