@@ -85,7 +85,8 @@ class AbstractEffect(eqx.Module):
     """Effects of one parameter of the same unit, as it has, that do the same while the motor turns one way or changes
     slowly: where one of them is found, the others are near."""
     rarity: ClassVar[float] = 1.0
-    """Of effects that explain a recording equally well the least rare is preferred: 0 the most usual, 1 all others."""
+    """Of effects that explain a recording equally well the least rare is preferred: 0 the most usual, 1 all others,
+    more what few motors have."""
     always_tried: ClassVar[bool] = False
     """It is like no small multiple of itself: fitted beside the linear motor whatever its score."""
     sought_last: ClassVar[bool] = False
