@@ -88,6 +88,12 @@ CASES = {
     ),
     "missed_counts": Case({"ratio": 0.06, "speed_rad_s": 40.0}, "sweep", "speed", (0.0, 10.0)),
     "sensor_lag": Case({"time_constant_s": 0.006}, "steps", "time"),
+    "cubic_drive": Case({"cubic_1_V2": 2e-3}, "sweep", "voltage", (0.0, 10.0)),
+    "dead_time": Case({"volts_V": 0.3}, "steps", "torque"),
+    "cubic_drag": Case({"volts_V": 0.2}, "sweep", "speed", (0.0, 10.0)),
+    "sector_friction": Case({"volts_V": 0.4, "centre_rad": 2.0, "width_rad": 1.2}, "crawl", "angle", (0.0, 1.5)),
+    "warming_friction": Case({"volts_V": 0.3, "rise_ratio": 0.8, "time_constant_s": 3.0}, "train", "time", (0.0, 0.6)),
+    "bristle_friction": Case({"volts_V": 0.4, "deflection_rad": 0.1}, "swing", "time", (1.0, 2.5)),
 }
 
 

@@ -5,6 +5,7 @@ them left out, and beside none. They stand by the same evidence as all effects: 
 effects that only imitated it, those go.
 """
 
+import itertools
 from collections.abc import Callable, Iterable
 
 from jaxmotor.diagnosis._found import COARSE, Found
@@ -12,12 +13,18 @@ from jaxmotor.diagnosis._free import with_effect, without_effect
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._score_test import best_beside
 from jaxmotor.diagnosis._search import GROWS, Search
 from jaxmotor.diagnosis._solve import Fitted
-from jaxmotor.motor.effects import LEARNED, AbstractEffect, AbstractStepInTime, parameters
+from jaxmotor.motor import Motor
+from jaxmotor.motor.effects import LEARNED, AbstractDisturbance, AbstractEffect, AbstractStepInTime, parameters
 
 MORE = 2
 """Of such laws in one motor at most."""
+FITTED = 2
+"""Of a law's starts, the best by their scores."""
+PROMISE = 0.02
+"""Part of the mean square that the score of a law must promise to take up."""
 Seen = Callable[[Fitted], Iterable[Look]]
 
 
@@ -91,19 +98,30 @@ def _helps(search: Search, own: Fitted, start: AbstractEffect) -> bool:
 
 
 def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect]) -> None:
-    """Fit each of `bases` with each of `starts`."""
+    """Fit each of `bases` with each law that `starts` are of."""
+    laws = [tuple(own) for _, own in itertools.groupby(starts, lambda start: start.name)]
     tasks = [
-        (base, start)
+        (base, own)
         for base in bases
-        for start in starts
-        if start.name not in search.relations.barred(base.template.effects)
-        and frozenset((*base.names, start.name)) not in search.visited
+        for own in laws
+        if own[0].name not in search.relations.barred(base.template.effects)
+        and frozenset((*base.names, own[0].name)) not in search.visited
     ]
 
-    def fit(task: tuple[Fitted, AbstractEffect]) -> Fitted:
-        base, start = task
-        if isinstance(start, AbstractStepInTime):
-            start = nearby(search.solver, base, start, finest_s(search.rig), search.rig)
-        return search.solver.fit(with_effect(base.motor, start), base.speeds, COARSE)
+    def fits(task: tuple[Fitted, tuple[AbstractEffect, ...]]) -> list[Fitted]:
+        base, own = task
+        return [search.solver.fit(motor, base.speeds, COARSE) for motor in _begins(search, base, own)]
 
-    search.keep(side_by_side(fit, tasks))
+    for found in side_by_side(fits, tasks):
+        search.keep(found)
+
+
+def _begins(search: Search, base: Fitted, starts: tuple[AbstractEffect, ...]) -> list[Motor]:
+    """`base` with the best of one law's `starts`."""
+    if isinstance(starts[0], AbstractStepInTime):
+        steps = [start for start in starts if isinstance(start, AbstractStepInTime)]
+        starts = tuple(nearby(search.solver, base, start, finest_s(search.rig), search.rig) for start in steps)
+    elif not isinstance(starts[0], (*LEARNED.values(), AbstractDisturbance)):
+        scored = best_beside(search.solver, base, starts)[:FITTED]
+        return [start.motor for start in scored if base.chi2 - start.chi2 > PROMISE * base.chi2]
+    return [with_effect(base.motor, start) for start in starts]

@@ -67,6 +67,12 @@ def effect_columns(solver: Solver, base: Fitted, rig: Rig) -> tuple[EffectColumn
     return found if at is None else tuple(dataclasses.replace(one, columns=one.columns[at]) for one in found)
 
 
+def best_beside(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]) -> list[Candidate]:
+    """The `starts` of one effect beside `base` with all that it has, by their scores, the best first."""
+    columns = _effect_columns(solver, base.motor, base.speeds, base.residual, starts)
+    return candidates(base, tuple(columns)).get(starts[0].name, [])
+
+
 def late(motor: Motor) -> float:
     """By how much the voltage acts late [s]."""
     return sum((float(one.delay()) for one in motor.effects if isinstance(one, AbstractDelayEffect)), 0.0)
@@ -129,7 +135,9 @@ def _sized(columns_of: EffectColumns, columns: np.ndarray, left: np.ndarray) -> 
     gain = float(right @ size)
     if len(size) == 2:
         return gain, size
-    signed = any(about["kind"] == "signed" for about in parameters(columns_of.starts[0]).values())
+    # Of what a factor makes larger: a place on the shaft has a sign, too.
+    scales = parameters(columns_of.starts[0]).values()
+    signed = any(about["kind"] == "signed" and about["neutral"] == 0.0 for about in scales)
     if size[0] <= 0 and not signed:
         return 0.0, np.ones(1)
     return gain, size if signed else np.clip(size, 0.2, 5.0)

@@ -25,6 +25,7 @@ from jaxmotor.motor.effects._elementwise import elementwise
 from jaxmotor.motor.effects._substep import (
     Linear,
     Parts,
+    Place,
     State,
     fresh,
     lag_of,
@@ -408,7 +409,7 @@ def _steps(
             middle = angle.at(_part(setup, spans, k, row.duration)) + trails
         else:
             middle = angle + state.turn + 0.5 * linear.duration * state.x[0]
-        return step(linear, setup.parts, state, source, middle, setup.supply, setup.back)
+        return step(linear, setup.parts, state, source, Place(middle, middle_time), setup.supply, setup.back)
 
     return jax.lax.fori_loop(0, spans.steps, body, state)
 

@@ -16,6 +16,7 @@ FRIENDLY = {
     "1": (1e2, "%"),
     "1/s": (6e3, "% per minute"),
     "V s²/rad²": (1e5, "mV"),  # at 10 rad/s, as QuadraticDrag says it
+    "1/V²": (1e4, "%"),  # at 10 V, as CubicDrive says it
 }
 """What a parameter's unit becomes: factor and name."""
 ONE_IS_LARGE = {"V", "s"}

@@ -37,6 +37,12 @@ SIZES: dict[str, dict[str, float]] = {
     "encoder_eccentricity": {"amplitude_rad": 0.03, "cycles_per_rev": 1.0, "phase_rad": 0.4},
     "missed_counts": {"ratio": 0.06, "speed_rad_s": 40.0},
     "sensor_lag": {"time_constant_s": 0.006},
+    "cubic_drive": {"cubic_1_V2": 2e-3},
+    "dead_time": {"volts_V": 0.3},
+    "cubic_drag": {"volts_V": 0.3},
+    "sector_friction": {"volts_V": 0.5, "centre_rad": 2.0, "width_rad": 1.2},
+    "warming_friction": {"volts_V": 0.3, "rise_ratio": 0.8, "time_constant_s": 4.0},
+    "bristle_friction": {"volts_V": 0.4, "deflection_rad": 0.02},
 }
 LAGLESS = {"electrical_pole", "coast_drive"}
 

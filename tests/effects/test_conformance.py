@@ -35,9 +35,14 @@ STEP_AND_TOLERANCE = (1e-6, 2e-4)
 STAIRCASE = {"input_threshold"}
 # Their neutral value is far away; and where friction first stops a motor it does more than in proportion.
 NOWHERE_NEAR = {"coast_drive", "current_limit", "voltage_saturation"}
-SMALL = {"coulomb_friction": 0.03, "stiction": 0.15}
+SMALL = {"coulomb_friction": 0.03, "stiction": 0.15, "sector_friction": 0.03, "warming_friction": 0.03}
 DIRECTED = {"voltage_offset", "direction_asymmetry", "load_torque"}
-LOCKED = {"cogging", "encoder_eccentricity"}
+LOCKED = {
+    "cogging": {"phase_rad": 0.0},
+    "encoder_eccentricity": {"phase_rad": 0.0},
+    "sector_friction": {"centre_rad": 0.0},
+}
+"""To the angle, and where they are alike in both directions."""
 
 
 def given(name, sign=1.0):
@@ -99,7 +104,7 @@ def test_gradient_at_rest_is_finite(name):
 
 @pytest.mark.parametrize("name", sorted(set(NAMES) - DIRECTED))
 def test_both_directions_are_alike(name):
-    at = motor(name, **({"phase_rad": 0.0} if name in LOCKED else {}))
+    at = motor(name, **LOCKED.get(name, {}))
     forwards, backwards = fast_turned(at, given(name)), fast_turned(at, given(name, -1.0))
     np.testing.assert_allclose(backwards, -forwards, atol=1e-11)
 

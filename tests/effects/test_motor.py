@@ -39,6 +39,12 @@ VOCABULARY = {
     "encoder_eccentricity": ("sensor", {"amplitude_rad": "rad", "cycles_per_rev": "1", "phase_rad": "rad"}),
     "missed_counts": ("sensor", {"ratio": "1", "speed_rad_s": "rad/s"}),
     "sensor_lag": ("sensor", {"time_constant_s": "s"}),
+    "cubic_drive": ("drive", {"cubic_1_V2": "1/V²"}),
+    "dead_time": ("drive", {"volts_V": "V"}),
+    "cubic_drag": ("motion", {"volts_V": "V"}),
+    "sector_friction": ("motion", {"volts_V": "V", "centre_rad": "rad", "width_rad": "rad"}),
+    "warming_friction": ("motion", {"volts_V": "V", "rise_ratio": "1", "time_constant_s": "s"}),
+    "bristle_friction": ("motion", {"volts_V": "V", "deflection_rad": "rad"}),
 }
 simulated = eqx.filter_jit(simulate_motor)
 
@@ -314,8 +320,8 @@ def test_values_of_many_are_those_of_each(name):
         np.testing.assert_array_equal(column, np.asarray(leaves, column.dtype), strict=False)
 
 
-MIRRORED = sorted(set(EFFECTS) - {"load_torque", "cogging", "encoder_eccentricity"})
-"""Without those of which a parameter says which way they act."""
+MIRRORED = sorted(set(EFFECTS) - {"load_torque", "cogging", "encoder_eccentricity", "sector_friction"})
+"""Without those of which a parameter says which way or where they act."""
 
 
 @pytest.mark.parametrize("name", MIRRORED)

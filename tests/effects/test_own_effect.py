@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import numpy as np
 import pytest
-from cubic_drag import CubicDrag
+from steep_drag import SteepDrag
 
 import jaxmotor as jm
 from jaxmotor._programs import program
@@ -18,7 +18,6 @@ from jaxmotor.diagnosis._relations import Relations, excluded
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.estimate import model_to_json
 from jaxmotor.motor.effects import (
-    BUILT_IN,
     AbstractEffect,
     AbstractLoadEffect,
     AbstractMotionEffect,
@@ -38,14 +37,14 @@ PERIOD_S, FINE = 0.005, 50
 
 
 def made(seed):
-    """w' = a (K (u - v (w/50)³) - w) by the midpoint rule in steps of 0.1 ms, read by an encoder."""
+    """w' = a (K (u - v (w/50)⁵) - w) by the midpoint rule in steps of 0.1 ms, read by an encoder."""
     volts = np.repeat(np.random.default_rng(seed).uniform(-6, 6, 160), 25)
     speed, angle, step, angles = 0.0, 0.0, PERIOD_S / FINE, []
     for u in volts:
         angles.append(angle)
         for _ in range(FINE):
-            middle = speed + 0.5 * step * POLE * (GAIN * (u - DRAG_V * (speed / 50) ** 3) - speed)
-            speed += step * POLE * (GAIN * (u - DRAG_V * (middle / 50) ** 3) - middle)
+            middle = speed + 0.5 * step * POLE * (GAIN * (u - DRAG_V * (speed / 50) ** 5) - speed)
+            speed += step * POLE * (GAIN * (u - DRAG_V * (middle / 50) ** 5) - middle)
             angle += step * middle
     counts = np.floor(np.array(angles) * 617.4 / (2 * np.pi)).astype(int)
     time_s = PERIOD_S * np.arange(len(volts))
@@ -59,7 +58,7 @@ def recording():
 
 @pytest.fixture(scope="module")
 def diagnosis(recording):
-    return jm.diagnose(recording, effects=[*jm.EFFECTS, CubicDrag])
+    return jm.diagnose(recording, effects=[*jm.EFFECTS, SteepDrag])
 
 
 @pytest.fixture
@@ -81,29 +80,29 @@ def installed(tmp_path, monkeypatch):
 
 def test_it_is_named_among_all_with_its_size(diagnosis):
     [found] = diagnosis.effects
-    assert found.name == "cubic_drag" and diagnosis.verdict == "extended" and found.probability > 0.99
+    assert found.name == "steep_drag" and diagnosis.verdict == "extended" and found.probability > 0.99
     assert abs(found.parameters["volts_V"] - DRAG_V) < 3 * found.standard_error["volts_V"] < 0.01
     assert abs(float(diagnosis.motor.linear.gain) - GAIN) < 3 * diagnosis.standard_error["gain_rad_s_V"]
     assert {rival.name for rival in found.rivals} & {"quadratic_drag"}
     assert diagnosis.held_out.after.chi2_per_sample < 1.1 < 2 < diagnosis.held_out.before.chi2_per_sample
-    assert causes(diagnosis).axes and "Cubic drag" in repr(diagnosis).replace("cubic_drag", "Cubic drag")
+    assert causes(diagnosis).axes and "Steep drag" in repr(diagnosis).replace("steep_drag", "Steep drag")
 
 
 def test_classes_and_names_may_be_mixed():
-    assert Request(CubicDrag).effects == {"cubic_drag"}
-    assert Request([CubicDrag, "stiction"]).effects == {"cubic_drag", "stiction"}
-    assert Request([CubicDrag, "stiction"], exclude=[CubicDrag]).effects == {"stiction"}
-    assert Request(exclude=CubicDrag).effects == set(BUILT_IN)
+    assert Request(SteepDrag).effects == {"steep_drag"}
+    assert Request([SteepDrag, "stiction"]).effects == {"steep_drag", "stiction"}
+    assert Request([SteepDrag, "stiction"], exclude=[SteepDrag]).effects == {"stiction"}
+    assert Request(exclude=SteepDrag).effects == set(vocabulary())
     assert Request([jm.EFFECTS["stiction"]]).effects == {"stiction"}
 
 
 def test_where_it_is_registered_its_model_is_kept(diagnosis, installed, tmp_path):
-    installed("cubic_drag:CubicDrag")
-    assert vocabulary()["cubic_drag"] is CubicDrag and list(vocabulary())[:-1] == list(BUILT_IN)
+    installed("steep_drag:SteepDrag")
+    assert vocabulary()["steep_drag"] is SteepDrag and list(vocabulary())[-1] == "steep_drag"
     (tmp_path / "own.json").write_text(json.dumps(model_to_json(diagnosis.model)))
     model = jm.read_model(tmp_path / "own.json")
     [effect] = model.effects
-    assert isinstance(effect, CubicDrag) and model.effect_errors == diagnosis.model.effect_errors
+    assert isinstance(effect, SteepDrag) and model.effect_errors == diagnosis.model.effect_errors
     assert float(effect.volts_V) == pytest.approx(diagnosis.effects[0].parameters["volts_V"], rel=1e-12)
     score = jm.validate(model, made(2), simulations=64).open_loop.pooled
     assert score.chi2_per_sample < 1.1 and score.fit_percent > 96
@@ -111,26 +110,26 @@ def test_where_it_is_registered_its_model_is_kept(diagnosis, installed, tmp_path
 
 def test_where_it_is_not_registered_its_model_is_refused(diagnosis, tmp_path):
     (tmp_path / "own.json").write_text(json.dumps(model_to_json(diagnosis.model)))
-    with pytest.raises(jm.JaxmotorError, match=r"'cubic_drag', which is none of .* registered \(jaxmotor.effects\)"):
+    with pytest.raises(jm.JaxmotorError, match=r"'steep_drag', which is none of .* registered \(jaxmotor.effects\)"):
         jm.read_model(tmp_path / "own.json")
 
 
 def test_the_command_line_knows_it_where_it_is_registered(recording, installed, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     jm.write(recording, "own.csv")
-    assert main(["diagnose", "own.csv", "--effects", "cubic_drag"]) == 1
-    assert "the effect is 'cubic_drag', which is not known" in capsys.readouterr().err
-    installed("cubic_drag:CubicDrag")
-    assert main(["diagnose", "own.csv", "--effects", "cubic_drag,quadratic_drag", "-o", "out"]) == 0
-    assert "drag that grows with the cube of the speed takes 1.25" in capsys.readouterr().out
+    assert main(["diagnose", "own.csv", "--effects", "steep_drag"]) == 1
+    assert "the effect is 'steep_drag', which is not known" in capsys.readouterr().err
+    installed("steep_drag:SteepDrag")
+    assert main(["diagnose", "own.csv", "--effects", "steep_drag,quadratic_drag", "-o", "out"]) == 0
+    assert "drag that grows with the fifth power of the speed takes 1.2" in " ".join(capsys.readouterr().out.split())
     assert main(["report", "own.csv", "-o", "page"]) == 0
     page = (tmp_path / "page" / "own.html").read_text(encoding="utf-8")
-    assert "<h3>Cubic drag</h3>" in page and "cube of the speed takes 1.25" in page and CubicDrag.advice in page
+    assert "<h3>Steep drag</h3>" in page and "fifth power of the speed takes 1.2" in page and SteepDrag.advice in page
 
 
 def test_exports_carry_it_or_say_that_they_do_not(diagnosis):
     model, rig = diagnosis.model, Hardware(PERIOD_S, 617.4, 6.0)
-    law = "cubic_drag: v (w/50)"
+    law = "steep_drag: v (w/50)"
     texts = {
         "control": to_python(model, rig),
         "c": to_c(model, design(model, rig)),
@@ -140,26 +139,26 @@ def test_exports_carry_it_or_say_that_they_do_not(diagnosis):
     }
     for format_, text in texts.items():
         assert law in text, format_
-    assert '"cubic_drag"' in jm.to_export_json(model)
-    assert any("without cubic_drag" in note for note in design(model, rig).speed.notes)
+    assert '"steep_drag"' in jm.to_export_json(model)
+    assert any("without steep_drag" in note for note in design(model, rig).speed.notes)
 
 
 def torque(**attributes):
-    """A class like `CubicDrag`, but for these attributes."""
-    return type("Own", (CubicDrag,), {"name": "own", **attributes})
+    """A class like `SteepDrag`, but for these attributes."""
+    return type("Own", (SteepDrag,), {"name": "own", **attributes})
 
 
-class WithoutUnit(CubicDrag):
+class WithoutUnit(SteepDrag):
     name: ClassVar[str] = "own"
     width: float = 1.0
 
 
-class OfNoKind(CubicDrag):
+class OfNoKind(SteepDrag):
     name: ClassVar[str] = "own"
     width: float = eqx.field(metadata={"unit": "V", "kind": "round"})
 
 
-class WithoutPhase(CubicDrag):
+class WithoutPhase(SteepDrag):
     name: ClassVar[str] = "own"
     height_V: float = parameter("V", "amplitude", neutral=0.0, start=1.0, scale=1.0)
 
@@ -188,7 +187,7 @@ class Placeless(AbstractTorqueEffect):
 @pytest.mark.parametrize(
     ("given", "sentence"),
     [
-        (CubicDrag.start(), "a CubicDrag object is no effect: give its name, or a subclass of jaxmotor.motor.effects"),
+        (SteepDrag.start(), "a SteepDrag object is no effect: give its name, or a subclass of jaxmotor.motor.effects"),
         (dict, "the class dict is no effect"),
         (5, "5 is no effect"),
         (AbstractEffect, "AbstractEffect does not say where it acts: it needs a base out of AbstractDriveEffect"),
@@ -235,7 +234,7 @@ def test_two_classes_of_one_name_are_refused():
         ("1 / 0", "the effect broken:Own of the package own-drag cannot be imported (ZeroDivisionError"),
         ("Own = 5", "the effect broken:Own of the package own-drag: 5 is no effect"),
         (
-            "from cubic_drag import CubicDrag\nclass Own(CubicDrag):\n    name = 'stiction'",
+            "from steep_drag import SteepDrag\nclass Own(SteepDrag):\n    name = 'stiction'",
             "the effect broken:Own of the package own-drag: Own.name is 'stiction', which jaxmotor has already",
         ),
     ],
@@ -252,11 +251,11 @@ def test_a_broken_package_is_one_sentence(text, sentence, installed, tmp_path, c
 
 
 def test_two_packages_with_one_name_are_told(installed, tmp_path, monkeypatch):
-    (tmp_path / "second.py").write_text("from cubic_drag import CubicDrag\nclass Other(CubicDrag):\n    pass\n")
+    (tmp_path / "second.py").write_text("from steep_drag import SteepDrag\nclass Other(SteepDrag):\n    pass\n")
     monkeypatch.delitem(sys.modules, "second", raising=False)
-    installed("cubic_drag:CubicDrag")
+    installed("steep_drag:SteepDrag")
     installed("second:Other", "second-drag")
-    with pytest.raises(jm.JaxmotorError, match="another package has an effect 'cubic_drag'"):
+    with pytest.raises(jm.JaxmotorError, match="another package has an effect 'steep_drag'"):
         vocabulary()
 
 
@@ -267,9 +266,15 @@ def test_what_one_class_says_of_another_holds_both_ways():
     told = {(one.name, other.name) for one, other in pairs if excluded(one, other)}
     assert told == {
         ("backlash", "shaft_compliance"),
+        ("bristle_friction", "coulomb_friction"),
+        ("bristle_friction", "stiction"),
+        ("bristle_friction", "warming_friction"),
+        ("coast_drive", "dead_time"),
         ("coast_drive", "electrical_pole"),
         ("coulomb_friction", "stiction"),
+        ("coulomb_friction", "warming_friction"),
         ("load_torque", "voltage_offset"),
+        ("stiction", "warming_friction"),
         ("timing_offset", "transport_delay"),
     }
 

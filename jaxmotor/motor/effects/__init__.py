@@ -1,4 +1,4 @@
-"""The 22 effects by which a motor differs from a linear one, by name, and what an effect of your own is made of."""
+"""The effects by which a motor differs from a linear one, by name, and what an effect of your own is made of."""
 
 from jaxmotor.motor.effects._base import AbstractAngleSensorEffect as AbstractAngleSensorEffect
 from jaxmotor.motor.effects._base import AbstractCountEffect as AbstractCountEffect
@@ -10,6 +10,7 @@ from jaxmotor.motor.effects._base import AbstractLagEffect as AbstractLagEffect
 from jaxmotor.motor.effects._base import AbstractLagSensorEffect as AbstractLagSensorEffect
 from jaxmotor.motor.effects._base import AbstractLoadEffect as AbstractLoadEffect
 from jaxmotor.motor.effects._base import AbstractMemoryEffect as AbstractMemoryEffect
+from jaxmotor.motor.effects._base import AbstractMemoryTorqueEffect as AbstractMemoryTorqueEffect
 from jaxmotor.motor.effects._base import AbstractMotionEffect as AbstractMotionEffect
 from jaxmotor.motor.effects._base import AbstractSensorEffect as AbstractSensorEffect
 from jaxmotor.motor.effects._base import AbstractSourceEffect as AbstractSourceEffect
@@ -57,6 +58,12 @@ from jaxmotor.motor.effects._motion import QuadraticDrag as QuadraticDrag
 from jaxmotor.motor.effects._motion import ShaftCompliance as ShaftCompliance
 from jaxmotor.motor.effects._motion import Stiction as Stiction
 from jaxmotor.motor.effects._motion import WindingHeating as WindingHeating
+from jaxmotor.motor.effects._rare import BristleFriction as BristleFriction
+from jaxmotor.motor.effects._rare import CubicDrag as CubicDrag
+from jaxmotor.motor.effects._rare import CubicDrive as CubicDrive
+from jaxmotor.motor.effects._rare import DeadTime as DeadTime
+from jaxmotor.motor.effects._rare import SectorFriction as SectorFriction
+from jaxmotor.motor.effects._rare import WarmingFriction as WarmingFriction
 from jaxmotor.motor.effects._sensor import EncoderEccentricity as EncoderEccentricity
 from jaxmotor.motor.effects._sensor import MissedCounts as MissedCounts
 from jaxmotor.motor.effects._sensor import SensorLag as SensorLag

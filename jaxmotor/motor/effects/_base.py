@@ -85,7 +85,8 @@ class AbstractEffect(eqx.Module):
     """Effects of one parameter of the same unit, as it has, that do the same while the motor turns one way or changes
     slowly: where one of them is found, the others are near."""
     rarity: ClassVar[float] = 1.0
-    """Of effects that explain a recording equally well the least rare is preferred: 0 the most usual, 1 all others."""
+    """Of effects that explain a recording equally well the least rare is preferred: 0 the most usual, 1 all others,
+    more what few motors have."""
     always_tried: ClassVar[bool] = False
     """It is like no small multiple of itself: fitted beside the linear motor whatever its score."""
     over: ClassVar[str] = ""
@@ -283,6 +284,8 @@ class Winding(NamedTuple):
     """Of abs(q) [V]."""
     share: Scalar | None = None
     """The share of time in which it is connected; current then flows towards the voltage only, and without lag."""
+    loss: Scalar | None = None
+    """Voltage that is lost against the current [V]; what is less than that drives none."""
 
     def more_resistance(self, ratio: Scalar) -> "Winding":
         """With a further resistance, relative to the cold winding's."""
@@ -293,7 +296,11 @@ class Winding(NamedTuple):
         slope = -jnp.ones_like(back_emf)
         slope = slope if self.resistance is None else slope / self.resistance
         slope = slope if self.share is None else slope * self.share
-        q = -slope * (self.volts - back_emf)
+        drop = self.volts - back_emf
+        if self.loss is not None:
+            slope = jnp.where(jnp.abs(drop) > self.loss, slope, 0.0)
+            drop = drop - jnp.clip(drop, -self.loss, self.loss)
+        q = -slope * drop
         if self.share is not None:
             q, slope = (jnp.where(q * self.volts > 0, one, 0.0) for one in (q, slope))
         if self.limit is not None:
@@ -333,8 +340,9 @@ class AbstractFrictionEffect(AbstractEffect):
     """A torque against the motion, in either direction, that also holds at rest."""
 
     @abc.abstractmethod
-    def rubs(self, speed: Scalar) -> Scalar:
-        """The voltage [V] that overcomes it at `speed` [rad/s], of either sign."""
+    def rubs(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
+        """The voltage [V] that overcomes it at `speed` [rad/s], of either sign, and `angle` [rad], at `time` [s] since
+        the recording began."""
 
 
 class Load(NamedTuple):
@@ -388,6 +396,15 @@ class AbstractMemoryEffect(AbstractEffect):
     @abc.abstractmethod
     def advance(self, memory: Scalar, step: Step) -> Scalar:
         """Its state after `step`."""
+
+
+class AbstractMemoryTorqueEffect(AbstractMemoryEffect):
+    """A torque that resists the more, the further the shaft turns one way, up to a limit, and keeps a state of that."""
+
+    @abc.abstractmethod
+    def resists_while(self, memory: Scalar, turn: Scalar, way: Scalar) -> Scalar:
+        """The mean voltage [V] that overcomes it while the shaft turns by `turn` >= 0 [rad] in the direction `way` (1
+        or -1) from the state `memory`, positive where it resists positive motion."""
 
 
 class AbstractCountEffect(AbstractEffect):

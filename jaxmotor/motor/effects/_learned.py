@@ -96,7 +96,7 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
     name: ClassVar[str] = "torque_over_speed"
     over: ClassVar[str] = "speed"
-    contains: ClassVar[tuple[str, ...]] = ("quadratic_drag",)
+    contains: ClassVar[tuple[str, ...]] = ("quadratic_drag", "cubic_drag")
     says: ClassVar[str] = "a torque depends on the speed by a curve that was learned"
     coordinate: ClassVar[LearnedCoordinate] = "speed"
     reach_rad_s: Scalar = parameter("rad/s", "range", neutral=1.0, start=1.0, scale=1.0)
@@ -153,6 +153,7 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLear
         "direction_asymmetry",
         "voltage_offset",
         "load_torque",
+        "cubic_drive",
     )
     says: ClassVar[str] = "the voltage depends on the one commanded by a curve that was learned"
     coordinate: ClassVar[LearnedCoordinate] = "voltage"

@@ -50,8 +50,8 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return (cls.of(volts_V=0.04 * rig.supply_V),)
 
-    def rubs(self, speed: Scalar) -> Scalar:
-        del speed
+    def rubs(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
+        del speed, angle, time
         return self.volts_V
 
 
@@ -83,7 +83,8 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
         """Static friction below moving friction would be another law."""
         return super().possible(rig) and float(self.static_volts_V) >= float(self.volts_V)
 
-    def rubs(self, speed: Scalar) -> Scalar:
+    def rubs(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
+        del angle, time
         near_rest = jnp.exp(-((speed / self.stribeck_speed_rad_s) ** 2))
         return self.volts_V + (self.static_volts_V - self.volts_V) * near_rest
 
@@ -110,12 +111,17 @@ class QuadraticDrag(AbstractMotionEffect, AbstractTorqueEffect):
 
 
 class Cogging(AbstractMotionEffect, AbstractTorqueEffect):
-    """A sin(n θ + φ): a torque locked to the angle, from magnets and slots or from an eccentric gear."""
+    """A sin(n θ + φ): a torque locked to the angle, from magnets and slots or from an eccentric gear. Once per turn
+    it is gravity on an arm, or something unbalanced."""
 
     name: ClassVar[str] = "cogging"
-    says: ClassVar[str] = "a torque locked to the shaft's angle takes up to {volts_V}, {cycles_per_rev} times per turn"
+    says: ClassVar[str] = (
+        "a torque locked to the shaft's angle takes up to {volts_V}, {cycles_per_rev} times per turn (once per turn: a "
+        "weight on an arm, or something unbalanced)"
+    )
     advice: ClassVar[str] = (
-        "Look for magnets and slots, or a gear out of true, of that number per turn; feed it forward by angle."
+        "Look for magnets and slots, or a gear out of true, of that number per turn, or for a weight on an arm if it "
+        "is one; feed it forward by angle."
     )
     volts_V: Scalar = parameter("V", "amplitude", neutral=0.0, start=0.2, scale=0.2)
     """A [V]."""

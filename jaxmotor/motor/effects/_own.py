@@ -18,7 +18,7 @@ PLACES = (base.AbstractDriveEffect, base.AbstractMotionEffect, base.AbstractSens
 ROLES = (
     *(base.AbstractSourceEffect, base.AbstractDelayEffect, base.AbstractWindingEffect, base.AbstractLagEffect),
     *(base.AbstractTorqueEffect, base.AbstractFrictionEffect, base.AbstractLoadEffect, base.AbstractMemoryEffect),
-    *(base.AbstractCountEffect, base.AbstractAngleSensorEffect),
+    *(base.AbstractMemoryTorqueEffect, base.AbstractCountEffect, base.AbstractAngleSensorEffect),
 )
 RELATIONS = ("beside", "contains", "same_as", "excludes", "kin")
 Effects = Mapping[str, type[AbstractEffect]]

@@ -14,8 +14,11 @@ from jaxmotor.motor.effects import _base as base
 from jaxmotor.motor.effects._base import AbstractEffect, Scalar, Source, Step, Winding
 from jaxmotor.motor.effects._contact import Contact, contact
 from jaxmotor.motor.effects._propagate import Matrix, propagator
+from jaxmotor.motor.effects._yielding import yielding
 
 TINY = 1e-12
+PROBE_V = 0.1
+"""By which it is seen how far a step yields to a torque."""
 Role = TypeVar("Role", bound=AbstractEffect)
 
 
@@ -28,6 +31,7 @@ class Parts(NamedTuple):
     lags: tuple[base.AbstractLagEffect, ...]
     torques: tuple[base.AbstractTorqueEffect, ...]
     frictions: tuple[base.AbstractFrictionEffect, ...]
+    bristles: tuple[base.AbstractMemoryTorqueEffect, ...]
     loads: tuple[base.AbstractLoadEffect, ...]
     counts: tuple[base.AbstractCountEffect, ...]
     discs: tuple[base.AbstractAngleSensorEffect, ...]
@@ -62,6 +66,7 @@ def parts_of(effects: tuple[AbstractEffect, ...]) -> Parts:
         lags=of(base.AbstractLagEffect),
         torques=of(base.AbstractTorqueEffect),
         frictions=of(base.AbstractFrictionEffect),
+        bristles=of(base.AbstractMemoryTorqueEffect),
         loads=of(base.AbstractLoadEffect),
         counts=of(base.AbstractCountEffect),
         discs=of(base.AbstractAngleSensorEffect),
@@ -131,12 +136,22 @@ def fresh(parts: Parts, has_lag: bool, speed: Scalar) -> tuple[Scalar, ...]:
     return (speed, *([zero] if has_lag else []), *([speed, zero] if parts.loads else []))
 
 
+class Place(NamedTuple):
+    """Where a step is, in its middle."""
+
+    angle: Scalar
+    """Of the shaft [rad]."""
+    time: Scalar
+    """Since the recording began [s]."""
+
+
 def step(
-    linear: Linear, parts: Parts, state: State, source: Source, angle: Scalar, supply: Scalar, back: Scalar
+    linear: Linear, parts: Parts, state: State, source: Source, place: Place, supply: Scalar, back: Scalar
 ) -> State:
-    """`state` after a step in whose middle the shaft is at `angle` [rad]."""
-    speed = state.x[0]
-    guess = _torque(parts, speed, angle) + jnp.sign(speed) * _friction(parts, speed)
+    """`state` after a step."""
+    speed, angle = state.x[0], place.angle
+    guess = _torque(parts, speed, angle) + jnp.sign(speed) * _friction(parts, speed, place)
+    guess = guess + _bristle(parts, state, jnp.zeros_like(speed), jnp.ones_like(speed))
     joined = _joined(linear, parts, state.x, source.volts, guess)
     winding = _winding(linear, parts, state, source, joined, guess, back)
 
@@ -147,9 +162,17 @@ def step(
     middle = moved(guess).mean if parts.torques or parts.frictions else speed
     torque = _torque(parts, middle, angle)
     end = moved(torque)
+    if parts.bristles:
+        softness = (end.mean - moved(torque + PROBE_V).mean) / PROBE_V
+
+        def resists(turn: Scalar, way: Scalar) -> Scalar:
+            return _bristle(parts, state, turn, way)
+
+        torque = torque + yielding(resists, end.mean, softness, linear.duration)
+        end = moved(torque)
     if parts.frictions:
         # At rest it is the friction at rest that must be overcome.
-        friction = _friction(parts, jnp.where(speed == 0, 0.0, middle))
+        friction = _friction(parts, jnp.where(speed == 0, 0.0, middle), place)
         end = _rubbed(end, moved, torque, speed, friction)
     end = _parted(end, joined, parts, state.x, linear.duration)
     done = Step(linear.duration, speed, end.x[0], end.mean, end.current, end.mean, supply)
@@ -214,8 +237,17 @@ def _torque(parts: Parts, speed: Scalar, angle: Scalar) -> Scalar:
     return sum((effect.resists(speed, angle) for effect in parts.torques), jnp.zeros_like(speed))
 
 
-def _friction(parts: Parts, speed: Scalar) -> Scalar:
-    return sum((effect.rubs(speed) for effect in parts.frictions), jnp.zeros_like(speed))
+def _friction(parts: Parts, speed: Scalar, place: Place) -> Scalar:
+    return sum((effect.rubs(speed, place.angle, place.time) for effect in parts.frictions), jnp.zeros_like(speed))
+
+
+def _bristle(parts: Parts, state: State, turn: Scalar, way: Scalar) -> Scalar:
+    total = jnp.zeros_like(turn)
+    for effect in parts.bristles:
+        memory = _memory_of(parts, state, effect)
+        assert memory is not None
+        total = total + effect.resists_while(memory, turn, way)
+    return total
 
 
 def _moved(joined: Contact, linear: Linear, torque: Scalar, winding: Winding, back: Scalar) -> Moved:
@@ -249,16 +281,24 @@ def _effective(
 
     Connected throughout the law is q = e - back-EMF [- lag] with e = volts - (resistance - 1) q.
     """
-    volts, resistance = winding.volts, winding.resistance
-    if winding.share is not None:
-        conductance = winding.share if resistance is None else winding.share / resistance
-        e = (conductance * (volts - back * speed) - current) / (current_e + conductance * back * speed_e)
-        e = jnp.where((current + current_e * e) * volts > 0, e, -current / current_e)
-    elif resistance is not None:
-        e = (volts - (resistance - 1) * current) / (1 + (resistance - 1) * current_e)
-    else:
-        e = volts
-    return e
+    resistance = winding.resistance
+
+    def without_loss(volts: Scalar) -> Scalar:
+        if winding.share is not None:
+            conductance = winding.share if resistance is None else winding.share / resistance
+            e = (conductance * (volts - back * speed) - current) / (current_e + conductance * back * speed_e)
+            return jnp.where((current + current_e * e) * volts > 0, e, -current / current_e)
+        if resistance is not None:
+            return (volts - (resistance - 1) * current) / (1 + (resistance - 1) * current_e)
+        return volts
+
+    e = without_loss(winding.volts)
+    if winding.loss is None:
+        return e
+    way = jnp.sign(current + current_e * e)
+    e = without_loss(winding.volts - way * winding.loss)
+    # The loss stops a current, it does not turn it around.
+    return jnp.where((current + current_e * e) * way > 0, e, -current / jnp.maximum(current_e, TINY))
 
 
 def _most(linear: Linear, limit: Scalar, begin: Scalar, final: Scalar) -> Scalar:

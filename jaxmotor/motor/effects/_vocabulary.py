@@ -1,9 +1,9 @@
-"""The effects that are known by name: the 22 of this package, and those that installed packages register.
+"""The effects that are known by name: those of this package, and those that installed packages register.
 
 A package registers a class of its own as an entry point:
 
     [project.entry-points."jaxmotor.effects"]
-    cubic_drag = "my_package:CubicDrag"
+    eddy_current_brake = "my_package:EddyCurrentBrake"
 """
 
 import functools
@@ -15,7 +15,7 @@ from types import MappingProxyType
 from jaxmotor._arguments import check_choice
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import shown
-from jaxmotor.motor.effects import _drive, _motion, _sensor
+from jaxmotor.motor.effects import _drive, _motion, _rare, _sensor
 from jaxmotor.motor.effects._base import AbstractEffect
 from jaxmotor.motor.effects._disturbance import DISTURBANCES
 from jaxmotor.motor.effects._learned import LEARNED
@@ -25,7 +25,7 @@ from jaxmotor.motor.effects._own import RELATIONS, checked_effect
 GROUP = "jaxmotor.effects"
 EFFECTS: dict[str, type[AbstractEffect]] = {
     member.name: member
-    for module in (_drive, _motion, _sensor)
+    for module in (_drive, _motion, _sensor, _rare)
     for member in vars(module).values()
     if isinstance(member, type)
     and issubclass(member, AbstractEffect)
