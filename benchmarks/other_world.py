@@ -23,19 +23,22 @@ from second_world import LEVEL, Asked, Question, draw_questions
 from jaxmotor import JaxmotorError, diagnose
 from jaxmotor.cli._runtime import prepare_jax
 from jaxmotor.diagnosis import Diagnosis
+from jaxmotor.motor.effects import LEARNED
 from jaxmotor.recording import write
 
 PARTS = ("one", "several", "nothing", "without", "outside")
 NUMBER = {"several": 5, "nothing": 5}
 """Questions in a draw; else one of each kind."""
 RELATIVES = {
-    "bristle_friction": {"coulomb_friction", "stiction"},
-    "friction_warming": {"coulomb_friction", "stiction"},
-    "friction_sector": {"coulomb_friction", "stiction"},
-    "cubic_drag": {"quadratic_drag"},
+    "bristle_friction": {"bristle_friction", "coulomb_friction", "stiction"},
+    "friction_warming": {"warming_friction", "coulomb_friction", "stiction"},
+    "friction_sector": {"sector_friction", "coulomb_friction", "stiction"},
+    "cubic_drag": {"cubic_drag", "quadratic_drag"},
+    "cubic_drive": {"cubic_drive"},
+    "pwm_dead_time": {"dead_time"},
     "gravity_arm": {"cogging"},
 }
-"""Names that are half right; of the arm wholly: its torque is a cogging of one cycle in a turn."""
+"""Names that are right, or half right; of the arm wholly: its torque is a cogging of one cycle in a turn."""
 EQUALS = {
     "voltage_offset": {"load_torque"},
     "load_torque": {"voltage_offset"},
@@ -155,11 +158,12 @@ def _spared(part: str, question: Question) -> set[str]:
 
 
 def _wrong(part: str, question: Question, found: Diagnosis) -> list[str]:
-    """Names that stand for nothing that was hidden."""
+    """Names that stand for nothing that was hidden; a learned law is no name."""
     right = question.truth | _spared(part, question)
     if part == "without":
         right = _of(EQUALS, question.asked.kinds)
-    return [one.name for one in found.effects if not set(alike(one)) & right]
+    causes = [one for one in found.effects if one.name not in LEARNED]
+    return [one.name for one in causes if not set(alike(one)) & right]
 
 
 def _of(table: dict[str, set[str]], kinds: Iterable[str]) -> set[str]:

@@ -3,6 +3,7 @@
 import json
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from made import COUNTS, PERIOD, SCALE, SUPPLY, plan, sine
@@ -167,11 +168,10 @@ def test_nothing_is_learned_where_nothing_is_hidden(found):
 
 def test_a_known_shape_is_named_with_its_size():
     recording, _ = hidden(lambda volts, speed, angle, time: -0.004 * volts**3, 3)
-    law = the_law(diagnose(recording), "voltage")
+    law = the_law(diagnose(recording, exclude=["cubic_drive"]), "voltage")
     shape = law.resembles[0]
     assert shape.name == "cubic_drive" and shape.similarity > 0.99
-    gain = 1 - 0.004 * 3 * 1.0
-    assert shape.volts == pytest.approx(0.004 * np.abs(law.at).max() ** 3, rel=0.15) and gain < 1
+    assert shape.volts == pytest.approx(0.004 * np.abs(law.at).max() ** 3, rel=0.15)
     assert 0 < shape.standard_error < 0.01 * shape.volts and "cube" in law.text
 
 
@@ -193,7 +193,7 @@ def test_a_curve_over_speed_leaves_the_line_to_the_motor():
         place = np.linspace(-50, 50, 2001)
         for term in range(1, 25):
             effect = TorqueOverSpeed.start(reach_rad_s=50.0, **{f"c{term}_V": 1.0})
-            volts = np.asarray(effect.adds(place))
+            volts = np.asarray(effect.adds(jnp.asarray(place)))
             assert abs(volts @ place) < 1e-9 * np.linalg.norm(place) * max(np.linalg.norm(volts), 1.0)
 
 

@@ -133,10 +133,11 @@ def test_what_to_record_next_is_numbered_as_its_file():
     assert f"record next (1): {proposed()[1].experiments[0].text}" in text
 
 
-def test_without_a_cause_none_is_named():
-    text = diagnosis_text(of("late")[1])
-    assert "the residual voltage looks like a change at t = " in text and "no effect is named" in text
-    assert "what to do" not in text and "how sure" not in text
+def test_a_disturbance_is_no_part_of_the_motor():
+    text = " ".join(diagnosis_text(of("late")[1]).split())
+    assert "load_step (probability > 99 %): a change at t = 2" in text
+    assert "something acted from outside, which is no part of the motor: a change at t = 2" in text
+    assert "load_step: Record again without it" in text and "how sure" in text
 
 
 def test_with_nothing_wrong_nothing_is_made_of_it():

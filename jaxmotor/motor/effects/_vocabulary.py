@@ -9,8 +9,9 @@ A package registers a class of its own as an entry point:
 import functools
 import inspect
 from collections.abc import Mapping
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import entry_points
 from types import MappingProxyType
+from typing import Any
 
 from jaxmotor._arguments import check_choice
 from jaxmotor._errors import JaxmotorError
@@ -68,7 +69,8 @@ def check_relations(effect: type[AbstractEffect], known: Mapping[str, type[Abstr
             check_choice(f"an effect in {effect.__name__}.{relation}", name, names)
 
 
-def _loaded(point: EntryPoint) -> type[AbstractEffect]:
+def _loaded(point: Any) -> type[AbstractEffect]:
+    """The class that the entry `point` (`importlib.metadata.EntryPoint`, or a backport's) names."""
     try:
         found = point.load()
     except Exception as error:
@@ -80,6 +82,6 @@ def _loaded(point: EntryPoint) -> type[AbstractEffect]:
         raise JaxmotorError(f"{_told(point)}: {error}") from None
 
 
-def _told(point: EntryPoint) -> str:
+def _told(point: Any) -> str:
     package = "" if point.dist is None else f" of the package {point.dist.name}"
     return f"the effect {point.value}{package}"
