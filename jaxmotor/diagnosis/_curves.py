@@ -27,9 +27,8 @@ EDGE = 0.002
 def learned_laws(
     search: Search, found: Found, held: HeldOut, spread: Float[np.ndarray, "p p"], block: np.ndarray, *, partial: bool
 ) -> dict[str, LearnedLaw]:
-    """The learned effects of `found` as curves, by name; with `partial`, and rows in
-    blocks `block` (n,), also those that were tried beside it, the one
-    that explains most of held-out data first."""
+    """The learned effects of `found` as curves, by name; with `partial` also those that were tried beside it, the one
+    that explains most of held-out data first. Rows belong to blocks `block` (n,)."""
     trial, fitted = search.solver.trial, found.fitted
     laws = {}
     for name in _learned(fitted):
@@ -59,7 +58,7 @@ def law_of(
     fitted: Fitted, name: str, spread: Float[np.ndarray, "p p"], trial: Trial, share: float, gain: float
 ) -> LearnedLaw:
     """The learned effect `name` of `fitted`, whose free numbers have the covariance `spread`, as a curve over what
-    `trial` visits; `share` and `gain` are what it is worth on held-out data."""
+    `trial` visits; `share` [1] and `gain` are those of `LearnedLaw`."""
     effect, begin = _found(fitted, name)
     visited = _visited(trial, effect)
     low, high = (0.0, 2 * np.pi) if effect.coordinate == "angle" else np.quantile(visited, [EDGE, 1 - EDGE])

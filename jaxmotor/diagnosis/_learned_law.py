@@ -60,9 +60,9 @@ class LearnedLaw:
     standard_error: np.ndarray
     """(n,) pointwise [V]."""
     share: float
-    """Part of the excess chi2 of held-out data that it explains, of what a constant voltage leaves [1]."""
+    """Part of the excess chi2 of held-out data that it takes from the motor without it [1]."""
     gain: float
-    """By how much it lowers the drift chi2 per sample of held-out data, beyond what a constant voltage does."""
+    """By how much it lowers the drift chi2 per sample of held-out data."""
     resembles: tuple[Resemblance, ...]
     """Known shapes, the most alike first; none where nothing is explained."""
 

@@ -77,6 +77,7 @@ GOOD = {"name": "coulomb_friction", "parameters": {"volts_V": 0.3}}
         [{"name": "coulomb_friction", "parameters": 3}],
         [{"name": "coulomb_friction", "parameters": {"volts_V": "0.3"}}],
         [{"name": "coulomb_friction", "parameters": {"volts_V": True}}],
+        [{"name": "torque_over_speed", "parameters": {f"c{k}_V": 0.1 for k in range(25)} | {"reach_rad_s": 0.0}}],
         [{"name": "coulomb_friction", "parameters": {"volts_V": -0.3}}],
         [{"name": "coulomb_friction", "parameters": {"volts_V": float("nan")}}],
         [{"name": "coulomb_friction", "parameters": {"volts_V": 0.3, "volt": 1}}],
