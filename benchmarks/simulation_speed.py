@@ -2,10 +2,11 @@
 
     python benchmarks/simulation_speed.py [--rounds 15]
 
-16 000 ticks in 26 experiments, as a diagnosis simulates them: as many motors in one program as a Jacobian needs, in
-steps of a millisecond, residuals filtered. The C loop takes the same steps of one motor, one lane after the other,
-and computes of the law only what its effects need; it is compiled by `cc -O3 -march=native -ffast-math`, without the
-effects that are not there. Both are timed in turn, in seconds of the processor. A Jacobian is what a step of a fit
+16 000 ticks in 26 experiments, as a diagnosis simulates them: eight motors in one program, which also holds the
+effects that are neutral in it, in steps of a millisecond, residuals filtered. The C loop takes the same steps of one
+motor, one lane after the other, and computes of the law only what its effects need; it is compiled by
+`cc -O3 -march=native -ffast-math`, without the effects that are not there; so is the program `alone`, which long logs
+have. Both are timed in turn, in seconds of the processor. A Jacobian is what a step of a fit
 costs: the residual and its derivative by every free number. Goals: 2 x C, and 1.5 simulations for each column.
 """
 
@@ -30,7 +31,8 @@ from jaxmotor._programs import _quickly
 from jaxmotor.cli._runtime import prepare_jax
 from jaxmotor.diagnosis._free import free_of, linear_of, together
 from jaxmotor.diagnosis._residuals import residuals_program
-from jaxmotor.diagnosis._solve import Solver
+from jaxmotor.diagnosis._shared_program import as_shared
+from jaxmotor.diagnosis._solve import WIDTH, Solver
 from jaxmotor.diagnosis._study import study_of
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import EFFECTS, Motor
@@ -220,12 +222,14 @@ def in_turn(functions: dict[str, Callable[[], object]], rounds: int) -> dict[str
 def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -> str:
     """A row of the table."""
     trial, motor = solver.trial, motor_with(names)
-    free, width = free_of(motor), solver.width(motor)
-    motors, speeds = together([motor] * width), np.zeros((width, solver.pieces))
+    free = free_of(motor)
+    alone, speeds = together([motor] * WIDTH), np.zeros((WIDTH, solver.pieces))
+    motors = as_shared(alone)
     seconds = compiling(motors, speeds, trial)
     loop, filtered = in_c(folder, names, trial)
     functions = {
         "C": loop,
+        "alone": lambda: residuals_program(alone, speeds, solver.given),
         "simulation": lambda: residuals_program(motors, speeds, solver.given),
         "jacobian": lambda: solver.linearise(motor, free, solver.starts),
     }
@@ -233,11 +237,16 @@ def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -
     loop()
     apart = np.abs(ours - filtered)[trial.valid].max() / np.abs(filtered).max()
     times = in_turn(functions, rounds)
-    own = [t / width for t in times["simulation"]]
-    ratio = statistics.median(a / b for a, b in zip(own, times["C"], strict=True))
+    each, own = ([t / WIDTH for t in times[name]] for name in ("alone", "simulation"))
+    ratios = [statistics.median(a / b for a, b in zip(one, times["C"], strict=True)) for one in (each, own)]
     columns = statistics.median(j / s / len(free) for j, s in zip(times["jacobian"], own, strict=True))
-    cells = [f"{1e3 * statistics.median(each):.2f}" for each in (times["C"], own)]
-    cells += [f"{ratio:.2f}", f"{columns:.2f}", *(f"{each:.2f}" for each in seconds), f"{apart:.0e}"]
+    cells = [f"{1e3 * statistics.median(one):.2f}" for one in (times["C"], each, own)]
+    cells += [
+        *(f"{ratio:.2f}" for ratio in ratios),
+        f"{columns:.2f}",
+        *(f"{one:.2f}" for one in seconds),
+        f"{apart:.0e}",
+    ]
     return f"| {' + '.join(names)} | " + " | ".join(cells) + " |"
 
 
@@ -250,8 +259,8 @@ def main() -> None:
     prepare_jax(threads=True)
     plan = [sine(f) for f in np.geomspace(0.5, 10, 16) * 1.0037] + [step(h, 320) for h in np.linspace(2, 5.1, 10)]
     made = recording(0, friction=0.3, runs=plan)
-    print("| motor with | C, ms | simulation, ms | x C | simulations per column | lower, s | compile, s | apart |")
-    print("|---|---|---|---|---|---|---|---|")
+    print("| motor with | C, ms | alone, ms | shared, ms | x C | shared x C | simulations per column ", end="")
+    print("| lower, s | compile, s | apart |\n|---|---|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as name, jax.enable_x64(True):
         solver = study_of(made, POLE).solver
         for names in MOTORS:

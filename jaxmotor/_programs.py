@@ -34,6 +34,8 @@ Call = Callable[[list[Any]], Arrays]
 PACKAGE = Path(__file__).parent
 MOST = 96
 """Programs that a process keeps; more come from the disk again."""
+ARRAY = "array"
+"""In the place of a leaf that is one."""
 PLAIN = (tuple, list, dict, type(None))
 KNOWN = ("jaxmotor", "jax", "equinox")
 """Packages whose classes programs on the disk may hold, beside what is `PLAIN`."""
@@ -47,18 +49,20 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
     def ready(*arguments: Any) -> tuple[Call, list[Any]] | None:
         """The compiled program, and what it takes of `arguments`; None within another program."""
         folder = jax.config.values["jax_compilation_cache_dir"]
-        dynamic, static = eqx.partition(arguments, _is_array)
-        leaves, tree = jax.tree.flatten(dynamic)
+        every, tree = jax.tree.flatten(arguments)
+        leaves = [leaf for leaf in every if _is_array(leaf)]
         if any(isinstance(leaf, Tracer) for leaf in leaves):
             return None
-        chosen, choices = jax.tree.flatten(static)
+        static = tuple(ARRAY if _is_array(leaf) else leaf for leaf in every)
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
         # Compared as it is, not printed: printing a large tree takes longer than running its program.
-        about = (function, folder, tree, choices, tuple(chosen), shapes, jnp.result_type(float), jax.default_backend())
+        about = (function, folder, tree, static, shapes, jnp.result_type(float), jax.default_backend())
 
         def made() -> Call:
             def flat(leaves: list[Any]) -> Arrays:
-                return function(*eqx.combine(jax.tree.unflatten(tree, leaves), static))
+                rest = iter(leaves)
+                every = [next(rest) if leaf is ARRAY else leaf for leaf in static]
+                return function(*jax.tree.unflatten(tree, every))
 
             if folder is None or not _is_ours(tree):
                 return _lowered(flat, leaves).compile(compiler_options=_quickly())

@@ -6,6 +6,7 @@ effects that only imitated it, those go.
 """
 
 import itertools
+import math
 from collections.abc import Callable, Iterable
 
 from jaxmotor.diagnosis._found import COARSE, Found
@@ -14,7 +15,7 @@ from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._score_test import best_beside
-from jaxmotor.diagnosis._search import GROWS, Search
+from jaxmotor.diagnosis._search import FAR, GROWS, Search
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import LEARNED, AbstractDisturbance, AbstractEffect, AbstractStepInTime, parameters
@@ -98,7 +99,15 @@ def _helps(search: Search, own: Fitted, start: AbstractEffect) -> bool:
 
 
 def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect]) -> None:
-    """Fit each of `bases` with each law that `starts` are of."""
+    """Fit each of `bases` with each law that `starts` are of: first those that are linear in what is fitted, whose fits
+    are short, then the others, each given up where it will not come near to the best motor."""
+    short = [start for start in starts if isinstance(start, (*LEARNED.values(), AbstractStepInTime))]
+    _fit_each(search, bases, short, math.inf)
+    others = [start for start in starts if not any(start is one for one in short)]
+    _fit_each(search, bases, others, FAR * search.best().chi2)
+
+
+def _fit_each(search: Search, bases: list[Fitted], starts: list[AbstractEffect], bar: float) -> None:
     laws = [tuple(own) for _, own in itertools.groupby(starts, lambda start: start.name)]
     tasks = [
         (base, own)
@@ -110,7 +119,7 @@ def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect]) -> N
 
     def fits(task: tuple[Fitted, tuple[AbstractEffect, ...]]) -> list[Fitted]:
         base, own = task
-        return [search.solver.fit(motor, base.speeds, COARSE) for motor in _begins(search, base, own)]
+        return [search.solver.fit(motor, base.speeds, COARSE, bar=bar) for motor in _begins(search, base, own)]
 
     for found in side_by_side(fits, tasks):
         search.keep(found)

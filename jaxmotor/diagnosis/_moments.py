@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from jaxmotor.diagnosis._free import with_each, with_effect, without_effect
+from jaxmotor.diagnosis._free import with_each, without_effect
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor.effects import AbstractStepInTime, Rig
 
@@ -54,7 +54,6 @@ def profile(solver: Solver, base: Fitted, start: AbstractStepInTime, moments: np
 
 def _columns(solver: Solver, base: Fitted, steps: list[AbstractStepInTime]) -> np.ndarray:
     """(n, k) what each of `steps` changes beside `base` [standard deviations]."""
-    motor = with_effect(base.motor, steps[0])
     begins = np.repeat(base.speeds[None], len(steps), axis=0)
-    found = solver.residuals(with_each(base.motor, steps), begins, solver.width(motor))
+    found = solver.residuals(with_each(base.motor, steps), begins)
     return (found - solver.residual_of(base.motor, base.speeds)[1]).T

@@ -54,8 +54,8 @@ def begins(solver: Solver, motor: Motor, speeds: np.ndarray | None = None) -> np
     speeds = solver.starts if speeds is None else speeds
     if not solver.free_pieces:
         return speeds
-    pair, width = together([motor, motor]), solver.width(motor)
-    found = fit_initial_speeds(lambda tried: solver.residuals(pair, tried, width), speeds[None], solver.piece)
+    pair = together([motor, motor])
+    found = fit_initial_speeds(lambda tried: solver.residuals(pair, tried), speeds[None], solver.piece)
     return found[0]
 
 

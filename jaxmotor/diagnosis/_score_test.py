@@ -98,9 +98,8 @@ def _effect_columns(
     """Of one effect, beside `motor`, which leaves `residual`."""
     if not starts:
         return []
-    width = solver.width(with_effect(motor, starts[0]))
     begins = np.repeat(speeds[None], len(starts), axis=0)
-    columns = solver.residuals(with_each(motor, starts), begins, width) - residual
+    columns = solver.residuals(with_each(motor, starts), begins) - residual
     columns = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
     paired = any(about["kind"] == "amplitude" for about in parameters(starts[0]).values())
     size = 2 if paired else 1

@@ -8,7 +8,6 @@ columns of a Jacobian side by side, and is used again for every step, every star
 import dataclasses
 import functools
 import math
-import operator
 from typing import Any
 
 import jax
@@ -21,6 +20,7 @@ from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residuals import residuals_program
+from jaxmotor.diagnosis._shared_program import as_shared
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 from jaxmotor.prediction import SPEED_STEP, first_speeds, without_initial_speeds
@@ -32,6 +32,13 @@ SURE, HOPE = 2, 3.0
 """Steps after which a fit may be given up, and how many times what a step promises it may still hope for."""
 CRAWLED = 3
 """Steps in a row that bring next to nothing of what they promise, after which a fit is left where it is."""
+SHORT = 200_000
+"""Steps in all rows of a log up to which motors share programs: in longer ones the neutral effects take, over the some
+fifty times that a motor is simulated in its fit, as long as it takes to compile a program without them."""
+WIDTH = 8
+"""Motors that a program simulates side by side; more are several calls, of which as many run as there are cores."""
+SHARES = 0.5 ** np.arange(1, 9)
+"""Of a step that went too far."""
 DAMPINGS = 1e-9 + np.geomspace(1e-4, 1e6, 21)
 DAMPING = 1e-9
 """Of the balanced normal equations, for what the recording does not show."""
@@ -93,22 +100,23 @@ class Solver:
         self.pieces = trial.problem.pieces + 1
         self.free_pieces = bool(np.any(lanes.free))
         self.scale = 1 / math.sqrt(trial.variance)
+        self.is_short = int(trial.used) * int(trial.steps) * len(trial.valid) <= SHORT
         self.starts = first_speeds(trial)
         """Where the initial speeds of free pieces are sought from (k,) [rad/s]."""
 
-    def residuals(self, motors: Motor, speeds: np.ndarray, width: int) -> np.ndarray:
-        """(k, n) filtered residuals of motors whose leaves are (k,), `width` of them at a time."""
+    def residuals(self, motors: Motor, speeds: np.ndarray) -> np.ndarray:
+        """(k, n) filtered residuals of motors whose leaves are (k,)."""
+        leaves, tree = jax.tree.flatten((self._shared(motors), speeds))
 
         def part(begin: int) -> np.ndarray:
-            chosen = slice(begin, begin + width)
-            found = self._program(jax.tree.map(operator.itemgetter(chosen), motors), speeds[chosen], width)
-            return self.rows(found["drift"])[: len(speeds[chosen])]
+            some = [leaf[begin : begin + WIDTH] for leaf in leaves]
+            return self.rows(self._program(some, tree)["drift"])[: len(some[-1])]
 
-        return np.concatenate(side_by_side(part, range(0, len(speeds), width)))
+        return np.concatenate(side_by_side(part, range(0, len(speeds), WIDTH)))
 
     def residual_of(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(lane, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
-        found = self._program(together([motor]), speeds[None], self.width(motor))
+        found = self._program(*jax.tree.flatten((self._shared(together([motor])), speeds[None])))
         return np.asarray(found["plain"])[:, 0].T, self.rows(found["drift"])[0]
 
     def rows(self, drift: Any) -> np.ndarray:
@@ -117,17 +125,14 @@ class Solver:
         with np.errstate(over="ignore"):
             return np.take(each.reshape(len(each), -1), self.places, axis=1) * self.scale
 
-    def _program(self, motors: Motor, speeds: np.ndarray, width: int) -> dict[str, Any]:
-        def filled(leaf: np.ndarray) -> np.ndarray:
-            return np.concatenate([leaf, np.repeat(leaf[-1:], width - len(leaf), axis=0)])
+    def _shared(self, motors: Motor) -> Motor:
+        return as_shared(motors) if self.is_short else motors
 
-        return residuals_program(jax.tree.map(filled, motors), filled(speeds), self.given)
-
-    def width(self, motor: Motor) -> int:
-        """Motors in one program: as many as a Jacobian needs, or half as many where that is long, in even numbers."""
-        wide = is_wide(motor.effects)
-        needed = 1 + (2 if wide else 1) * len(layout_of(motor.effects).names) + self.free_pieces
-        return 2 * math.ceil(needed / (4 if wide else 2))
+    def _program(self, leaves: list[np.ndarray], tree: Any) -> dict[str, Any]:
+        """Of motors and initial speeds whose `leaves` have at most `WIDTH` rows, the last of which is repeated."""
+        rows = np.minimum(np.arange(WIDTH), len(leaves[-1]) - 1)
+        motors, speeds = jax.tree.unflatten(tree, [leaf[rows] for leaf in leaves])
+        return residuals_program(motors, speeds, self.given)
 
     def linearise(self, template: Motor, free: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray, Any]:
         """Residual (n,), Jacobian (n, p) and the column (n,) of the initial speeds, if any is free."""
@@ -139,7 +144,7 @@ class Solver:
         starts = np.repeat(speeds[None], len(frees), axis=0)
         if self.free_pieces:
             starts[-1] += SPEED_STEP
-        found = self.residuals(motors_at(template, frees), starts, self.width(template))
+        found = self.residuals(motors_at(template, frees), starts)
         p = len(free)
         # Wild motors overflow; a step that leads to one is not taken.
         with np.errstate(over="ignore", invalid="ignore"):
@@ -235,11 +240,9 @@ class Solver:
         new = _At(free, speeds, *self.linearise(motor, free, speeds))
         if self._cost(new, layout) < before:
             return new
-        width = self.width(motor)
-        shares = 0.5 ** np.arange(1, width + 1)
-        trials = [after(float(share)) for share in shares]
+        trials = [after(float(share)) for share in SHARES]
         frees, starts = (np.stack(column) for column in zip(*trials, strict=True))
-        found = self.residuals(motors_at(motor, frees), starts, width)
+        found = self.residuals(motors_at(motor, frees), starts)
         costs = np.array(
             [square_of(residual) + _prior(free, layout) for residual, free in zip(found, frees, strict=True)]
         )

@@ -47,6 +47,7 @@ class LoadStep(AbstractMotionEffect, AbstractStepInTime):
     """From one moment on a constant load is there that was not."""
 
     name: ClassVar[str] = "load_step"
+    program_level: ClassVar[int | None] = 0
     says: ClassVar[str] = "a change at t = {moment_s}: from then on a constant load takes {volts_V} more"
     volts_V: Scalar = parameter("V", "signed", neutral=0.0, start=0.1, scale=0.1)
     """[V]"""
@@ -63,6 +64,7 @@ class DriveStep(AbstractDriveEffect, AbstractStepInTime):
     """From one moment on any voltage is larger, or smaller, by one factor."""
 
     name: ClassVar[str] = "drive_step"
+    program_level: ClassVar[int | None] = 0
     says: ClassVar[str] = "a change at t = {moment_s}: from then on any voltage is larger by {change_ratio}"
     change_ratio: Scalar = parameter("1", "signed", neutral=0.0, start=0.05, scale=0.05)
     """[1]"""

@@ -25,6 +25,7 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
     """u(t - d): the voltage acts late, by any fraction of a tick."""
 
     name: ClassVar[str] = "transport_delay"
+    program_level: ClassVar[int | None] = 1
     rarity: ClassVar[float] = 1 / 6
     always_tried: ClassVar[bool] = True
     says: ClassVar[str] = "the voltage acts {delay_s} later than it was commanded"
@@ -46,6 +47,7 @@ class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
     """Vs (1 - r t): the supply falls over the recording."""
 
     name: ClassVar[str] = "supply_drift"
+    program_level: ClassVar[int | None] = 0
     says: ClassVar[str] = "the supply falls by {rate_per_s}"
     advice: ClassVar[str] = "Charge the battery, use a regulated supply, or log the supply's voltage with every row."
     stage: ClassVar[int] = 1
@@ -68,6 +70,7 @@ class DeadZone(AbstractDriveEffect, AbstractSourceEffect):
     """sgn(u) max(|u| - d, 0): the first volts are lost."""
 
     name: ClassVar[str] = "dead_zone"
+    program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     rarity: ClassVar[float] = 3 / 6
     holds_by: ClassVar[str] = "volts_V"
@@ -91,6 +94,7 @@ class InputThreshold(AbstractDriveEffect, AbstractSourceEffect):
     """u where |u| >= d, else 0: small voltages do nothing, larger ones are complete."""
 
     name: ClassVar[str] = "input_threshold"
+    program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     holds_by: ClassVar[str] = "volts_V"
     says: ClassVar[str] = "voltages below {volts_V} do nothing, larger ones act in full"
@@ -117,6 +121,7 @@ class VoltageSaturation(AbstractDriveEffect, AbstractSourceEffect):
     """u within +-Vmax: the bridge gives no more."""
 
     name: ClassVar[str] = "voltage_saturation"
+    program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     says: ClassVar[str] = "the bridge gives no more than {volts_V}"
     advice: ClassVar[str] = (
@@ -139,6 +144,7 @@ class DirectionAsymmetry(AbstractDriveEffect, AbstractSourceEffect):
     """(1 + e sgn(u)) u: one direction gets more voltage than the other."""
 
     name: ClassVar[str] = "direction_asymmetry"
+    program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     says: ClassVar[str] = "voltages act {ratio} stronger forward, and as much weaker backward"
     advice: ClassVar[str] = (
@@ -165,6 +171,7 @@ class VoltageOffset(AbstractDriveEffect, AbstractSourceEffect):
     """u + u0: a constant voltage in series with the winding."""
 
     name: ClassVar[str] = "voltage_offset"
+    program_level: ClassVar[int | None] = 0
     same_as: ClassVar[tuple[str, ...]] = ("load_torque",)
     rarity: ClassVar[float] = 4 / 6
     says: ClassVar[str] = "a constant {volts_V} is added to every voltage"
@@ -217,6 +224,7 @@ class SupplySag(AbstractDriveEffect, AbstractWindingEffect):
     """
 
     name: ClassVar[str] = "supply_sag"
+    program_level: ClassVar[int | None] = 1
     says: ClassVar[str] = "the supply gives way under load: its resistance is {ratio} of the winding's"
     advice: ClassVar[str] = "Use thicker leads or a stronger supply, or log the supply's voltage with every row."
     stage: ClassVar[int] = 1
@@ -263,6 +271,7 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     """L/R i' = u/R - i - back-EMF/R: the current, and so the torque, lags."""
 
     name: ClassVar[str] = "electrical_pole"
+    program_level: ClassVar[int | None] = 1
     kin: ClassVar[tuple[str, ...]] = ("sensor_lag", "transport_delay")
     rarity: ClassVar[float] = 2 / 6
     always_tried: ClassVar[bool] = True

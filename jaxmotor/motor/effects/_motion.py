@@ -35,6 +35,7 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) v: dry friction of constant size, which holds any torque up to v at rest."""
 
     name: ClassVar[str] = "coulomb_friction"
+    program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "speed"
     kin: ClassVar[tuple[str, ...]] = ("dead_zone", "voltage_offset", "load_torque")
     rarity: ClassVar[float] = 0.0
@@ -59,6 +60,7 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) (v + (vs - v) exp(-(w/ws)²)): dry friction that is larger near rest (Stribeck)."""
 
     name: ClassVar[str] = "stiction"
+    program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "speed"
     holds_by: ClassVar[str] = "static_volts_V"
     contains: ClassVar[tuple[str, ...]] = ("coulomb_friction",)
@@ -93,6 +95,7 @@ class QuadraticDrag(AbstractMotionEffect, AbstractTorqueEffect):
     """c w |w|: a fan, a propeller, a stirred liquid."""
 
     name: ClassVar[str] = "quadratic_drag"
+    program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "speed"
     says: ClassVar[str] = "drag that grows with the square of the speed takes {volts_V_s2_rad2} at 10 rad/s"
     advice: ClassVar[str] = (
@@ -144,6 +147,7 @@ class LoadTorque(AbstractMotionEffect, AbstractTorqueEffect):
     """A constant torque, such as a weight on a drum."""
 
     name: ClassVar[str] = "load_torque"
+    program_level: ClassVar[int | None] = 0
     rarity: ClassVar[float] = 5 / 6
     says: ClassVar[str] = "a constant load takes {volts_V} from forward motion and gives as much to backward motion"
     advice: ClassVar[str] = (

@@ -32,6 +32,7 @@ class CubicDrive(AbstractDriveEffect, AbstractSourceEffect):
     """u + c u³: an amplifier or a bridge that is not in proportion."""
 
     name: ClassVar[str] = "cubic_drive"
+    program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     sought_last: ClassVar[bool] = True
     rarity: ClassVar[float] = RARITY
@@ -87,6 +88,7 @@ class CubicDrag(AbstractMotionEffect, AbstractTorqueEffect):
     """v (w/50)³: a drag that grows faster than with the square of the speed."""
 
     name: ClassVar[str] = "cubic_drag"
+    program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "speed"
     sought_last: ClassVar[bool] = True
     rarity: ClassVar[float] = RARITY
@@ -154,6 +156,7 @@ class WarmingFriction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) v (1 + r exp(-t/τ)): dry friction that falls while the gear warms up."""
 
     name: ClassVar[str] = "warming_friction"
+    program_level: ClassVar[int | None] = 1
     sought_last: ClassVar[bool] = True
     rarity: ClassVar[float] = RARITY
     holds_by: ClassVar[str] = "volts_V"

@@ -23,6 +23,7 @@ class MissedCounts(AbstractSensorEffect, AbstractCountEffect):
     """(1 - r) w where |w| > ws: a share of the counts is lost at speed."""
 
     name: ClassVar[str] = "missed_counts"
+    program_level: ClassVar[int | None] = 0
     # Lost counts are rounded twice.
     explained_chi2: ClassVar[float] = 2.1
     says: ClassVar[str] = "above {speed_rad_s}, {ratio} of the encoder's counts are lost"
@@ -55,6 +56,7 @@ class SensorLag(AbstractSensorEffect, AbstractLagSensorEffect):
     """τ y' = θ - y: the reading, and so the logged speed, was filtered. Its memory is θ - y."""
 
     name: ClassVar[str] = "sensor_lag"
+    program_level: ClassVar[int | None] = 1
     says: ClassVar[str] = "the log was filtered with a time constant of {time_constant_s}"
     advice: ClassVar[str] = (
         "Log counts instead of a filtered speed, or shorten the filter; a controller must allow for its lag."
