@@ -92,7 +92,7 @@ def diagnose(
         found, after, left, left_looks = Found(linear, linear, (), {}), before, missing, found_looks
     held = hold_out(study, found)
     request.tell(3)
-    verdict = _verdict(study, found, found_looks, left, left_looks)
+    verdict = _verdict(study, found, held, found_looks, left, left_looks)
     spread = with_average(covariance(found.fitted, study.block), fit)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
@@ -183,9 +183,14 @@ def _is_explained(study: Study, fitted: Fitted) -> bool:
 
 
 def _verdict(
-    study: Study, found: Found, first: tuple[Look, ...], left: MissingVolts, left_looks: tuple[Look, ...]
+    study: Study,
+    found: Found,
+    held: HeldOut,
+    first: tuple[Look, ...],
+    left: MissingVolts,
+    left_looks: tuple[Look, ...],
 ) -> Verdict:
-    if not found.named and any(look.outside and look.share > OUTSIDE for look in first):
+    if held.is_worse or (not found.named and any(look.outside and look.share > OUTSIDE for look in first)):
         return "unexplained"
     disturbed = any(isinstance(effect, AbstractDisturbance) for effect in found.fitted.template.effects)
     if disturbed or not _is_explained(study, found.fitted):
@@ -286,6 +291,10 @@ def _notes(known: tuple[str, ...], held: HeldOut, found: Found, effects: tuple[F
     notes = list(known)
     if not held.own:
         notes.append("the recording is too short to hold a part of it out")
+    if held.is_worse:
+        notes.append(
+            "the extended motor predicts held-out data worse than the linear one: its effects do not carry over"
+        )
     if not found.fitted.settled:
         notes.append(
             "the fit of the extended motor did not quite settle; its parameters may be off by more than stated"

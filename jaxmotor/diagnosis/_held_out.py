@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from jaxmotor.diagnosis._diagnosis import Intervals, Worth
-from jaxmotor.diagnosis._found import FINE, Found
+from jaxmotor.diagnosis._found import EXPLAINED, FINE, Found
 from jaxmotor.diagnosis._free import without_effect
 from jaxmotor.diagnosis._score import Scored, chi2_interval, scored, speed_intervals
 from jaxmotor.diagnosis._solve import Fitted, Solver
@@ -34,6 +34,11 @@ class HeldOut:
     after: Scored
     shorter: dict[str, float] = dataclasses.field(default_factory=dict)
     """chi2 without each effect that was asked for (`without`)."""
+
+    @property
+    def is_worse(self) -> bool:
+        """The extended motor predicts what it was not fitted to worse than the linear one does, and not well."""
+        return self.own and self.after.drift > max(self.before.drift, EXPLAINED)
 
     def drift(self, motor: Motor, start: Fitted, bar: float = math.inf) -> float:
         """chi2 of `motor`, refitted to the fitted part, on the part held out; roughly where it is above `bar`."""

@@ -141,7 +141,12 @@ class Search:
         bases = self.without_each(fitted)
         # A curve leaves little to imitate, and each further effect beside one takes long.
         self._extend([base for base in bases if not _is_learned(base)], LATER)
-        self.keep(side_by_side(functools.partial(self._fit, fitted), self._likewise(fitted, beside=False)))
+        swapped = [(fitted, motor) for motor in self._likewise(fitted, beside=False)]
+        # Of two that are alike one may do the work of a third.
+        for base in bases:
+            new = (motor for motor in self._likewise(base, beside=False) if _names(motor) not in self.visited)
+            swapped += [(base, motor) for motor in new]
+        self.keep(side_by_side(lambda task: self._fit(*task), swapped))
 
     def _likewise(self, fitted: Fitted, *, beside: bool) -> list[Motor]:
         """`fitted` with effects that are alike in each other's place, or `beside` each other with half the size."""
@@ -301,6 +306,10 @@ class Search:
     def _refined(self, fitted: Fitted) -> Fitted:
         fitted = self.solver.fit(fitted.motor, fitted.speeds, FINE)
         return polished(self.solver, fitted, COARSE) if is_wide(fitted.template.effects) else fitted
+
+
+def _names(motor: Motor) -> Names:
+    return frozenset(effect.name for effect in motor.effects)
 
 
 def _is_learned(fitted: Fitted) -> bool:
