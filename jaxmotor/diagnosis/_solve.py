@@ -37,7 +37,7 @@ SHORT = 200_000
 fifty times that a motor is simulated in its fit, as long as it takes to compile a program without them."""
 WIDTH = 8
 """Motors that a program simulates side by side; more are several calls, of which as many run as there are cores."""
-SHARES = 0.5 ** np.arange(1, 9)
+SHARES = 0.5 ** np.arange(1, 17)
 """Of a step that went too far."""
 DAMPINGS = 1e-9 + np.geomspace(1e-4, 1e6, 21)
 DAMPING = 1e-9
