@@ -23,6 +23,7 @@ from jaxmotor.present.report._html import Html, element, escaped
 from jaxmotor.recording import import_log, read, write
 from jaxmotor.validation import to_json as validation_json
 
+MOTORS = ("linear", "extended")
 RUNS = [*plan(), *(sine(f, amplitude=2.0) for f in (0.7037, 1.507, 3.011))]
 HEADER = {
     "motor": HOSTILE,
@@ -139,7 +140,8 @@ def test_the_first_screen_is_for_who_built_it(told, page):
     assert "none of these < 1 %" in words and found.effect.advice in words
     for below in ("chi2", "pole", "verdict", "extended:", "volts_V"):
         assert below not in words, below
-    assert [one["name"] for one in hovers(page)[0]["series"]] == ["measured", "linear", "extended"]
+    assert [one["name"].partition(", fit ")[0] for one in hovers(page)[0]["series"]] == ["measured", *MOTORS]
+    assert [one["name"] for one in hovers(page)[1]["series"]] == [*MOTORS]
 
 
 def test_the_first_screen_says_no_more_than_is_known(told):
@@ -168,7 +170,7 @@ def test_the_first_screen_says_no_more_than_is_known(told):
 def test_plots_show_the_data(told, page):
     panels = hovers(page)
     labels = [panel["y"] for panel in panels]
-    for label in ("Voltage (V)", "Gain (dB re 1 rad/s/V)", "Phase (°)", "Residual (mV)", "Speed (rad/s)"):
+    for label in ("Voltage (V)", "Gain (dB re 1 rad/s/V)", "Phase (degrees)", "Residual voltage (mV)", "Speed (rad/s)"):
         assert label in labels
     response = told[0].diagnosis.fit.frequency_response
     gain = panels[labels.index("Gain (dB re 1 rad/s/V)")]
@@ -189,7 +191,13 @@ def test_plots_show_the_data(told, page):
 def test_the_extended_motor_answers_sines_as_the_real_one_does(told, page):
     panels = hovers(page)
     left = next(panel for panel in panels if panel["y"] == "Residual (dB)")
-    linear, extended = (np.array(one["value"], float) for one in left["series"])
+    names = [f"{motor} model at {volts} V" for motor in MOTORS for volts in ("5.1", "2")]
+    assert [one["name"] for one in left["series"]] == names
+    linear, extended = (
+        np.concatenate([np.array(one["value"], float) for one in left["series"] if one["name"].startswith(motor)])
+        for motor in MOTORS
+    )
+    assert len(linear) == len(extended) == len(told[0].diagnosis.fit.frequency_response.frequency_Hz)
     assert np.abs(extended).max() < 0.3 * np.abs(linear).max()
 
 
@@ -301,7 +309,7 @@ def test_opens_in_a_browser_without_a_request(told, browser, scheme):
     # The first panel of the third plot is the gain; near a measured frequency that is what is shown.
     [gain] = [panel for panel in hovers(Page(told[2].read_text(encoding="utf-8"))) if panel["y"].startswith("Gain")]
     measured = next(one for one in gain["series"] if one["name"] == "measured at 5.1 V")
-    shown = opened.point_at(2, (measured["x"][3] + 3) / 720, 0.1)
+    shown = opened.point_at(2, (measured["x"][3] + 3) / 680, 0.1)
     assert f"Frequency (Hz): {measured['at'][3]}" in shown and f"measured at 5.1 V {measured['value'][3]}" in shown
     assert "linear " in shown
     for width in (1000, 360):
