@@ -180,7 +180,7 @@ def _draw_residuals(
 ) -> None:
     """Gain and phase of measured over modelled, with the measurement's 95 % intervals."""
     known = np.isfinite(model)
-    ratio, at = (np.asarray(seen.response) / model)[known], np.asarray(seen.frequency_Hz)[known]
+    ratio, at = np.asarray(seen.response)[known] / model[known], np.asarray(seen.frequency_Hz)[known]
     for (amplitude, rows), fill in zip(by_amplitude(seen), FILLS, strict=False):
         fill = look["color"] if fill == GREY else fill
         drawn = look | {"markerfacecolor": fill, "label": f"{label}{amplitude}", "linewidth": 0.9, "capsize": 2}
@@ -191,14 +191,14 @@ def _draw_residuals(
 
 def _draw_points(gain: Axes, phase: Axes, seen: FrequencyResponse, method: str, reading: str) -> None:
     frequency, response, band = np.asarray(seen.frequency_Hz), np.asarray(seen.response), response_band(seen)
-    marker, size = ("s", 5.5) if method == "paper" else ("o", 3)
-    look = {**MEASURED, "marker": marker, "markersize": size}
+    size, markers = (5.5, "sss") if method == "paper" else (3, "o^D")
     for ax, value, half in ((gain, decibel(response), band.gain_dB), (phase, degrees(response), band.phase_deg)):
-        for (amplitude, rows), fill in zip(by_amplitude(seen), FILLS, strict=False):
+        for (amplitude, rows), fill, marker in zip(by_amplitude(seen), FILLS, markers, strict=False):
             at, middle, around = frequency[rows], value[rows], half[rows]
             ax.fill_between(at, middle - around, middle + around, **BAND)
             label = f"measured{amplitude}{reading}"
-            ax.plot(at, middle, label=label, **{**look, "markerfacecolor": fill})
+            look = MEASURED | {"marker": marker, "markersize": size, "markerfacecolor": fill}
+            ax.plot(at, middle, label=label, **look)
 
 
 def as_paper_reads(measured: FrequencyResponse, fit: Fit) -> FrequencyResponse:

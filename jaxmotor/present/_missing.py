@@ -37,8 +37,10 @@ def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """
     figure, axes = panels(2, 4.6, columns=2, share_x=False, share_y=True, axes=axes)
     for ax, (coordinate, label) in zip(axes.flat, COORDINATES.items(), strict=True):
-        known = np.isfinite(along(diagnosis.missing, coordinate)).all()
-        ax.set_xlabel(label if known else f"{label}: not known")
+        if not np.isfinite(along(diagnosis.missing, coordinate)).any():
+            ax.set(xlabel=f"{label.partition(' (')[0]}: not known", xticks=[])
+            continue
+        ax.set_xlabel(label)
         _rounding(ax, diagnosis.missing.noise_V)
         extended = bool(diagnosis.named)
         _view(ax, diagnosis.missing, coordinate, BEFORE, "linear model")

@@ -13,9 +13,14 @@ BINS = 700
 
 @styled
 def overview(recording: Recording, *, axes: OnAxes = None) -> Figure:
-    """Voltage and speed over a recording: the mean of each of 700 stretches of time, from its least to its largest."""
+    """Voltage and speed over a recording: mean, least and largest value of each of at most 700 stretches of time.
+
+    A stretch has two rows or more, where none were lost.
+    """
     end = max(float(segment.start_s + segment.time_s[-1]) for segment in recording.segments) or 1.0
-    edges = np.linspace(0.0, end, BINS + 1)
+    steps = np.concatenate([np.diff(segment.time_s) for segment in recording.segments])
+    bins = int(np.clip(end / (2 * np.median(steps)), 1, BINS)) if len(steps) else 1
+    edges = np.linspace(0.0, end, bins + 1)
     parts = [
         (segment.start_s + segment.time_s[:-1], segment.volts[:-1], _speed(recording, segment))
         for segment in recording.segments
@@ -40,13 +45,14 @@ def _speed(recording: Recording, segment: Segment) -> np.ndarray:
 
 def _envelope(ax: Axes, time: np.ndarray, values: np.ndarray, edges: np.ndarray) -> None:
     """Least, largest and mean of `values` in each bin; a gap where there are none."""
-    bins = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, BINS - 1)
-    low, high, mean = np.full(BINS, np.inf), np.full(BINS, -np.inf), np.full(BINS, np.nan)
+    size = len(edges) - 1
+    bins = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, size - 1)
+    low, high, mean = np.full(size, np.inf), np.full(size, -np.inf), np.full(size, np.nan)
     np.minimum.at(low, bins, values)
     np.maximum.at(high, bins, values)
-    number = np.bincount(bins, minlength=BINS)
+    number = np.bincount(bins, minlength=size)
     some = number > 0
-    mean[some] = np.bincount(bins, values, BINS)[some] / number[some]
+    mean[some] = np.bincount(bins, values, size)[some] / number[some]
     at = (edges[1:] + edges[:-1]) / 2
     ax.fill_between(at, low, high, where=some.tolist(), label="from the least to the largest", **BAND)
     ax.plot(at, mean, color=BLUE, linewidth=1.0, label=f"mean of {edges[1]:.2g} s")

@@ -1,5 +1,6 @@
 """One hostile recording through `jaxmotor report`, and the page that comes of it."""
 
+import csv
 import dataclasses
 import hashlib
 import html
@@ -283,6 +284,38 @@ def test_colours_can_be_told_from_the_paper(page):
             assert contrast(scheme[curve], scheme["paper"]) >= 3, curve
 
 
+def test_figures_have_no_colour_that_the_page_does_not_turn_dark(page):
+    [style] = page.blocks["style"]
+    schemes = [set(re.findall(r"--(\w+):", block)) for block in re.findall(r":root \{(.*?)\}", style, re.S)]
+    drawn = [attributes for tag, attributes in page.elements if tag in ("path", "text") and "class" not in attributes]
+    colours = {attributes[key] for attributes in drawn for key in ("fill", "stroke") if key in attributes}
+    used = {re.fullmatch(r"var\(--(\w+),#\w{6}\)", one) for one in colours - {"none"} if not one.startswith("url(#")}
+    assert len(drawn) > 500 and None not in used and all("fill" in attributes for attributes in drawn)
+    assert all({one[1] for one in used} <= scheme for scheme in schemes) and len(used) >= 6
+
+
+def test_correlations_are_those_of_the_joint_covariance(told, page):
+    joint = told[0].diagnosis.joint
+    assert joint.names[:2] == ("gain_rad_s_V", "pole_rad_s")
+    error = np.sqrt(np.diag(joint.covariance))
+    words = "".join(page.words)
+    table = words.partition("Near ±1 the recording")[2]
+    friction = joint.names.index("coulomb_friction.volts_V")
+    told_ = re.search(r"Coulomb friction, volts([+-][\d.]{4})([+-][\d.]{4})", table)
+    for place, shown in enumerate(told_.groups()):
+        wanted = joint.covariance[friction, place] / error[friction] / error[place]
+        assert float(shown) == pytest.approx(wanted, abs=0.0051)
+
+
+def test_the_residual_of_the_true_law_is_the_encoder_s(told, page):
+    """Differences of rounded positions: minus a half at lag 1, nothing beyond it; not so the linear motor's."""
+    [panel] = [panel for panel in hovers(page) if panel["y"] == "Autocorrelation"]
+    linear, extended = (np.array(one["value"], float) for one in panel["series"])
+    assert [one["name"] for one in panel["series"]] == [*MOTORS] and panel["x"] == "Lag (rows)"
+    assert linear[0] == extended[0] == 1 and len(extended) == 26
+    assert extended[1] == pytest.approx(-0.5, abs=0.06) and np.abs(extended[2:]).max() < 0.1 < linear[2]
+
+
 def test_whatever_is_not_markup_is_text():
     assert element("p", HOSTILE) == "<p>&lt;script&gt;alert(1)&lt;/script&gt;</p>"
     assert element("p", ["a", Html("<b>"), None], title='"><b>') == '<p title="&quot;&gt;&lt;b&gt;">a<b></p>'
@@ -316,6 +349,14 @@ def test_opens_in_a_browser_without_a_request(told, browser, scheme):
         opened.page.set_viewport_size({"width": width, "height": 900})
         assert opened.page.evaluate("document.documentElement.scrollWidth") <= width
     assert len(opened.page.pdf()) > 10_000
+    with opened.page.expect_download() as saved:
+        opened.page.locator("button.csv").nth(2).click()
+    series, *rows = csv.reader(saved.value.path().read_text(encoding="utf-8").splitlines())
+    assert series == ["series", "x", "value", "y", "value"]
+    ours = [row for row in rows if row[0] == "measured at 5.1 V" and row[3] == gain["y"]]
+    assert [[row[2], row[4]] for row in ours] == [
+        list(pair) for pair in zip(measured["at"], measured["value"], strict=True)
+    ]
     # Moved, looked at and printed: still nothing was asked for, and nothing was said.
     assert opened.requests == [told[2].as_uri()] and opened.wrong == []
     opened.context.close()

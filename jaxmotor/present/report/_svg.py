@@ -20,8 +20,6 @@ from jaxmotor.present.report._html import Html, element
 
 DPI = 144
 """Two units of the drawing are a point: about a pixel each where the page is wide."""
-HATCH = 72.0
-"""Size of a hatch's tile."""
 COLOURS = {
     _style.BLACK: "ink",
     "#ffffff": "paper",
@@ -140,10 +138,10 @@ class Renderer(RendererBase):
         return self._defined("clipPath", element("rect", **{key: _short(value) for key, value in size.items()}))
 
     def _hatch(self, gc: GraphicsContextBase) -> str:
-        whole = _path(gc.get_hatch_path(), Affine2D().scale(HATCH, -HATCH).translate(0.0, HATCH), None, False)
+        whole = _path(gc.get_hatch_path(), Affine2D().scale(DPI, -DPI).translate(0.0, DPI), None, False)
         look = {"stroke": _colour(gc.get_hatch_color()), "fill": "none"}
         width = _short(self.points_to_pixels(gc.get_hatch_linewidth()))
-        tile = {"width": HATCH, "height": HATCH, "patternUnits": "userSpaceOnUse"}
+        tile = {"width": DPI, "height": DPI, "patternUnits": "userSpaceOnUse"}
         return self._defined("pattern", element("path", d=whole, stroke_width=width, **look), **tile)
 
     def _defined(self, kind: str, content: Html, **about: Any) -> str:
