@@ -1,6 +1,6 @@
 """Autocorrelation of a residual: whether what a model leaves is white."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -13,7 +13,7 @@ LOOKS = (PAPER | Look(marker="s", markersize=3), EXACT | Look(marker="o", marker
 
 
 @styled
-def autocorrelation(residuals: dict[str, Sequence[Trace]], *, axes: OnAxes = None) -> Figure:
+def autocorrelation(residuals: Mapping[str, Sequence[Trace]], *, axes: OnAxes = None) -> Figure:
     """Autocorrelation of the residual (measured minus simulated) of each model in free simulation, at lags of up to 25
     rows, and the band that holds 95 % of those of white noise. At most two models, by name, of the same rows."""
     figure, axes = panels(1, 2.2, axes=axes)

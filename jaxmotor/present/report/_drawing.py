@@ -63,7 +63,7 @@ def _labelled(ax: Axes, points: Mapping[str, Sequence[str]]) -> list[tuple[str, 
 def _series(name: str, line: Line2D, height: float, points: Sequence[str] | None) -> dict[str, Any]:
     values = np.asarray(line.get_xydata(), dtype=float)
     places = line.get_transform().transform(values)
-    known = np.flatnonzero(np.isfinite(places).all(axis=1))
+    known = np.flatnonzero(np.isfinite(places).all(axis=1)).tolist()
     known = known[:: 1 + len(known) // MOST] if points is None else known
     return {
         "name": name,

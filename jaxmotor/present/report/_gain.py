@@ -58,11 +58,11 @@ def _correlation(diagnosis: Diagnosis) -> Content:
     }
     joint = diagnosis.joint.of(tuple(titles))
     error = np.sqrt(np.diag(joint.covariance))
-    known = np.flatnonzero(error > 0)
+    known = np.flatnonzero(error > 0).tolist()
     correlation = joint.covariance[np.ix_(known, known)] / np.outer(error[known], error[known])
     names = [titles[joint.names[k]] for k in known]
     rows = [
-        [name, *(f"{r:+.2f}" for r in row[: k + 1])]
+        [name, *(f"{one:+.2f}" if place <= k else "" for place, one in enumerate(row))]
         for k, (name, row) in enumerate(zip(names, correlation, strict=True))
     ]
     caption = "Near ±1 the recording determines a combination of the two better than either"

@@ -21,17 +21,20 @@ from jaxmotor.present.report._html import Html, element
 DPI = 144
 """Two units of the drawing are a point: about a pixel each where the page is wide."""
 COLOURS = {
-    _style.BLACK: "ink",
-    "#ffffff": "paper",
-    _style.BLUE: "blue",
-    _style.VERMILLION: "red",
-    _style.GREEN: "green",
-    _style.PURPLE: "purple",
-    _style.GREY: "grey",
-    _style.SILVER: "silver",
-    _style.SKY: "sky",
-    _style.BAND["facecolor"]: "band",
-    _style.FAINT: "faint",
+    to_hex(colour): variable
+    for colour, variable in (
+        (_style.BLACK, "ink"),
+        ("white", "paper"),
+        (_style.BLUE, "blue"),
+        (_style.VERMILLION, "red"),
+        (_style.GREEN, "green"),
+        (_style.PURPLE, "purple"),
+        (_style.GREY, "grey"),
+        (_style.SILVER, "silver"),
+        (_style.SKY, "sky"),
+        (_style.BAND["facecolor"], "band"),
+        (_style.FAINT, "faint"),
+    )
 }
 """Variables of the page's style. A colour that is none of these stays as it is."""
 LETTERS = {Path.MOVETO: "M", Path.LINETO: "L", Path.CURVE3: "Q", Path.CURVE4: "C"}
@@ -50,7 +53,7 @@ class Renderer(RendererBase):
     def get_canvas_width_height(self) -> tuple[float, float]:
         return self.width, self.height
 
-    def points_to_pixels(self, points):
+    def points_to_pixels(self, points: Any) -> Any:
         return points * DPI / 72
 
     def draw_path(self, gc: GraphicsContextBase, path: Path, transform: Transform, rgbFace: Any = None) -> None:
@@ -118,17 +121,17 @@ class Renderer(RendererBase):
         self.parts.append(element("path", d=drawn, **look, clip_path=self._clip(gc.get_clip_rectangle())))
 
     def _look(self, gc: GraphicsContextBase, face: Any) -> dict[str, str]:
-        filled = face is not None and (len(face) == 3 or face[3] > 0)
-        look = {"fill": _colour(face) if filled else "none"}
-        alpha = gc.get_alpha() if gc.get_forced_alpha() else face[3] if filled and len(face) == 4 else 1.0
-        if alpha < 1:
-            look["opacity"] = _short(alpha)
+        red, green, blue, alpha = (*face, 1.0)[:4] if face is not None else (0.0,) * 4
+        look = {"fill": _colour((red, green, blue)) if alpha > 0 else "none"}
+        alpha = gc.get_alpha() if gc.get_forced_alpha() else alpha
+        if 0 < alpha < 1:
+            look["opacity" if gc.get_forced_alpha() else "fill_opacity"] = _short(alpha)
         width = self.points_to_pixels(gc.get_linewidth())
         if width and gc.get_rgb()[3] > 0:
             look |= {"stroke": _colour(gc.get_rgb()), "stroke_width": _short(width)}
             _, dashes = gc.get_dashes()
             if dashes is not None:
-                look["stroke_dasharray"] = " ".join(_short(self.points_to_pixels(dash)) for dash in dashes)
+                look["stroke_dasharray"] = " ".join(map(_short, self.points_to_pixels(np.asarray(dashes))))
         return look
 
     def _clip(self, box: BboxBase | None) -> str | None:
@@ -173,10 +176,10 @@ def _relative(path: Path, transform: Transform) -> str:
 
 def _radius(path: Path, transform: Transform) -> float:
     """Of a marker that is a circle; 0 of another."""
-    circle = Path.unit_circle().vertices
-    if path.vertices.shape != circle.shape:
+    corners = np.asarray(path.vertices)
+    if corners.shape != np.shape(Path.unit_circle().vertices):
         return 0.0
-    round_ = np.hypot(*transform.transform(path.vertices[1:-1]).T)
+    round_ = np.hypot(*transform.transform(corners[1:-1]).T)
     return float(round_.max()) if np.ptp(round_) < 0.1 * round_.max() else 0.0
 
 
@@ -195,8 +198,7 @@ def _anchor(angle: float, text: Text | None) -> tuple[str | None, float]:
 
 def _colour(rgb: Any) -> str:
     name = to_hex(rgb[:3])
-    known = {colour.lower(): variable for colour, variable in COLOURS.items()}
-    return f"var(--{known[name]},{name})" if name in known else name
+    return f"var(--{COLOURS[name]},{name})" if name in COLOURS else name
 
 
 def _short(value: float) -> str:
