@@ -8,7 +8,7 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import write_text
 from jaxmotor.fleet import Population, population, read_results
-from jaxmotor.present._population import drawn_motors, population_figure, sizes
+from jaxmotor.present._population import MOST_BARS, drawn_motors, population_figure, sizes
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._fleet_causes import causes_section, diagnosed
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table, unbroken
@@ -109,7 +109,8 @@ def _drawing(found: Population) -> Html:
     outside = len(found.outliers)
     alt = f"{len(found.motors)} motors, gain against the other parameters; {outside} do not belong."
     drawn = drawing(population_figure(found), "population", alt=alt, nearest="point", points=points)
-    return figure(drawn, "Each mark is a motor with its 95 % interval.")
+    bars = " with its 95 % interval" if len(found.motors) <= MOST_BARS else ""
+    return figure(drawn, f"Each mark is a motor{bars}.")
 
 
 def _same(found: Population) -> Content:
