@@ -4,7 +4,9 @@ Each draws a figure of its own, or on the `axes` that it is given (one for each 
 figure that it drew on.
 """
 
+from jaxmotor.present._autocorrelation import autocorrelation as autocorrelation
 from jaxmotor.present._before_after import before_after as before_after
+from jaxmotor.present._before_after import loop_before_after as loop_before_after
 from jaxmotor.present._bode import bode as bode
 from jaxmotor.present._bode import bode_models as bode_models
 from jaxmotor.present._causes import causes as causes
@@ -23,6 +25,7 @@ from jaxmotor.present._learned import learned as learned
 from jaxmotor.present._missing import missing as missing
 from jaxmotor.present._open_and_closed import controller as controller
 from jaxmotor.present._open_and_closed import step_trials as step_trials
+from jaxmotor.present._overview import overview as overview
 from jaxmotor.present._population import population_figure as population_figure
 from jaxmotor.present._save import save as save
 from jaxmotor.present._sine import position_drift as position_drift

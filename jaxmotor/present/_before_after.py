@@ -1,36 +1,54 @@
-"""One held-out segment, before and after the model was extended."""
+"""One held-out segment, and one closed loop, before and after the model was extended."""
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from jaxmotor.diagnosis import Diagnosis
+from jaxmotor.diagnosis import Diagnosis, LoopGain
 from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.present._fit import with_gaps
 from jaxmotor.present._style import EXACT, GREY, PAPER, SMALL_DOTS, OnAxes, legend_above, panels, styled
 
 MOST_ROWS = 500
+LINEAR, EXTENDED = (look | {"linewidth": 1.0} for look in (PAPER, EXACT))
 
 
 @styled
 def before_after(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """Measured speed and both motors in free simulation, in the held-out segment that gained most; below, the
-    residuals. Shows at most 500 rows, those in which the gain is largest."""
+    residuals. Shows at most 500 rows, those in which the gain is largest, and no extended motor where there is none."""
     before, after = best_gain(diagnosis)
     rows = most_gained(before, after, MOST_ROWS)
     time, gap = with_gaps(before.time_s[rows])
-    figure, axes = panels(2, 3.7, heights=(3, 2), axes=axes)
+    figure, axes = panels(2, 3.2, heights=(3, 2), axes=axes)
     speed, left = axes[:, 0]
     speed.plot(before.time_s[rows], before.measured_rad_s[rows], label="measured", **SMALL_DOTS)
-    for trace, look, name in ((before, PAPER, "linear"), (after, EXACT, "extended")):
-        label = f"{name}, fit {fit_percent((trace,)):.1f} %"
-        speed.plot(time, gap(trace.simulated_rad_s[rows]), label=label, **(look | {"linewidth": 1.0}))
-        left.plot(time, gap((trace.measured_rad_s - trace.simulated_rad_s)[rows]), **(look | {"linewidth": 0.8}))
+    motors = ((before, LINEAR, "linear"), (after, EXTENDED, "extended"))
+    for trace, look, name in motors if diagnosis.named else motors[:1]:
+        speed.plot(time, gap(trace.simulated_rad_s[rows]), label=f"{name}, fit {fit_percent((trace,)):.1f} %", **look)
+        left.plot(time, gap((trace.measured_rad_s - trace.simulated_rad_s)[rows]), label=name, **look)
     left.axhline(0, color=GREY, linewidth=0.6, zorder=0.5)
     speed.set_ylabel("Speed (rad/s)")
-    left.set(xlabel="Time in the segment (s)", ylabel="Measured less\nsimulated (rad/s)")
+    left.set(xlabel="Time in the segment (s)", ylabel="Residual\n(rad/s)")
     for ax in (speed, left):
         ax.margins(x=0.01)
     legend_above(speed, columns=3)
+    return figure
+
+
+@styled
+def loop_before_after(gain: LoopGain, *, axes: OnAxes = None) -> Figure:
+    """Measured speed in a closed loop, and that of the linear and of the extended motor, where there is one, under the
+    same controller."""
+    loop = gain.before
+    figure, axes = panels(1, 2.3, axes=axes)
+    ax = axes[0, 0]
+    ax.plot(loop.time_s, loop.measured_speed_rad_s, label="measured", **SMALL_DOTS)
+    motors = ((gain.before, LINEAR, "linear"), (gain.after, EXTENDED, "extended"))
+    for run, look, name in motors if gain.after is not gain.before else motors[:1]:
+        ax.plot(loop.time_s, run.speed.mean, label=name, **look)
+    ax.set(xlabel="Time in the segment (s)", ylabel="Speed (rad/s)")
+    ax.margins(x=0.01)
+    legend_above(ax, columns=3)
     return figure
 
 

@@ -41,15 +41,19 @@ BAND_SE = 1.96
 """Standard errors each way that hold the truth 95 times of 100."""
 SAME_VOLTS = 0.1
 """Part by which amplitudes that count as the same may differ."""
-MARKERS, FILLS = ("o", "s", "^"), ("none", "#8A8A8A", "#D4D4D4")
+MARKERS, FILLS = ("o", "s", "^"), ("white", GREY, BLACK)
 MOST_AMPLITUDES = len(MARKERS)
 """That are told apart in a figure."""
 DB_PER_RELATIVE = 20 / np.log(10)
-LOOKS: dict[str, tuple[Look, str]] = {
-    "exact model": (EXACT, "o"),
-    "paper model": (PAPER, "s"),
-    "exact model, second order": (SECOND, "D"),
+MOST_FREQUENCIES, MOST_TICKS = 300, 5
+VISIBLE = 0.01
+"""Width of a band, of its panel's height, that can be seen."""
+LOOKS: dict[tuple[str, int], tuple[Look, str]] = {
+    ("exact", 1): (EXACT, "o"),
+    ("paper", 1): (PAPER, "s"),
+    ("exact", 2): (SECOND, "D"),
 }
+"""Of a model by the fit's method and order."""
 
 
 class Band(NamedTuple):
@@ -90,8 +94,9 @@ def bode(frequency_response: FrequencyResponse, *, axes: OnAxes = None) -> Figur
         (band.phase_deg, "s", "phase (degrees)", PAPER),
     ):
         width.plot(frequency, half, marker=marker, markerfacecolor="white", label=label, **(look | joined))
-    width.set(yscale="log", ylabel="95 % half-\nwidth", xlabel="Frequency (Hz)")
-    width.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    width.set(yscale="log", ylabel="Half-width\n(95 %)", xlabel="Frequency (Hz)")
+    low, high = width.get_ylim()
+    width.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if high < 100 * low else (1.0,), numticks=MOST_TICKS))
     width.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     width.yaxis.set_minor_formatter(NullFormatter())
     legend_above(width)
@@ -102,36 +107,47 @@ def bode(frequency_response: FrequencyResponse, *, axes: OnAxes = None) -> Figur
 
 @styled
 @in_float64
-def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit], *, axes: OnAxes = None) -> Figure:
+def bode_models(
+    frequency_response: FrequencyResponse,
+    fits: Sequence[Fit],
+    *,
+    extended: np.ndarray | None = None,
+    axes: OnAxes = None,
+) -> Figure:
     """A measured response with the models of `fits` (one of each kind), and the residual of each.
 
     A fit by the paper's method is held against what that method reads: the difference to the *previous* count.
     Where there is an exact fit too, the paper's formula is also drawn with the exact motor: what is left then is not
-    the pole's fault, and follows the -ωT/2 of that difference, which the paper's model lacks.
+    the pole's fault, and follows the -ωT/2 of that difference, which the paper's model lacks. `extended` (f,) is the
+    response [rad/s/V] of a motor with effects under the very sines of `frequency_response`, NaN where it is not known:
+    it depends on the amplitude, so it has residuals but no curve. At most 300 frequencies are drawn.
     """
     figure, axes = panels(4, 5.6, heights=(3, 3, 2, 2.4), axes=axes)
     gain, phase, gain_left, phase_left = axes[:, 0]
-    measured = in_order(frequency_response)
+    measured, order = _few(in_order(frequency_response)), np.argsort(np.asarray(frequency_response.frequency_Hz))
     frequency = np.asarray(measured.frequency_Hz)
     nyquist_Hz = 0.5 / float(measured.period_s)
     fine = np.geomspace(frequency[0] / 1.15, min(frequency[-1] * 1.15, 0.99 * nyquist_Hz), 200)
     readings = {fit.method: as_paper_reads(measured, fit) if fit.method == "paper" else measured for fit in fits}
     for method, seen in readings.items():
-        _draw_points(gain, phase, seen, method)
+        _draw_points(gain, phase, seen, method, f", {method} reading" if "paper" in readings else "")
+    residuals = []
     for fit in fits:
-        _draw_model(gain, phase, readings[fit.method], fit, fine)
-    compared = [(fit.motor, fit.method, name(fit), *LOOKS[name(fit)]) for fit in fits]
+        label, (look, marker) = _name(fit, fits), LOOKS[fit.method, fit.motor.order]
+        seen = readings[fit.method]
+        model = model_response(seen, fit.motor, fit.method, fine)
+        gain.plot(fine, decibel(model), label=label, **look)
+        phase.plot(fine, degrees(model), label=label, **look)
+        residuals.append((seen, model_response(seen, fit.motor, fit.method, frequency), label, look, marker))
     exact = [fit for fit in fits if fit.method == "exact"]
     if exact and "paper" in readings:
-        compared.append((exact[0].motor, "paper", "paper model at the exact pole", OTHER, "^"))
-    for motor, method, label, look, marker in compared:
-        seen = readings[method]
-        ratio, band = np.asarray(seen.response) / model_response(seen, motor, method, frequency), response_band(seen)
-        for k, (_, rows) in enumerate(by_amplitude(seen)):
-            drawn = {**look, "marker": marker, "linewidth": 0.9, "capsize": 2, "markerfacecolor": FILLS[k]}
-            drawn["label"] = None if k else label
-            gain_left.errorbar(frequency[rows], decibel(ratio)[rows], band.gain_dB[rows], **drawn)
-            phase_left.errorbar(frequency[rows], degrees(ratio)[rows], band.phase_deg[rows], **drawn)
+        seen = readings["paper"]
+        model = model_response(seen, exact[0].motor, "paper", frequency)
+        residuals.append((seen, model, "paper model at the exact pole", OTHER, "^"))
+    if extended is not None:
+        residuals.append((measured, np.asarray(extended)[order][: len(frequency)], "extended model", PAPER, "s"))
+    for seen, model, label, look, marker in residuals:
+        _draw_residuals((gain_left, phase_left), seen, model, label, look | {"marker": marker})
     for ax in (gain_left, phase_left):
         ax.axhline(0, color=GREY, linewidth=0.6)
     if "paper" in readings:
@@ -142,35 +158,47 @@ def bode_models(frequency_response: FrequencyResponse, fits: Sequence[Fit], *, a
     phase.set_ylabel("Phase (degrees)")
     gain_left.set_ylabel("Residual\n(dB)")
     phase_left.set(ylabel="Residual\n(degrees)", xlabel="Frequency (Hz)")
-    legend_above(gain)
+    legend_above(gain, columns=2 if "paper" in readings else 3)
     legend_above(gain_left)
     frequency_axis(phase_left)
     return figure
 
 
-def name(fit: Fit) -> str:
-    """Of the model of `fit`, for legends."""
-    order = ", second order" if fit.motor.order == 2 else ""
-    return f"{fit.method} model{order}"
+def _few(measured: FrequencyResponse) -> FrequencyResponse:
+    """Its lowest `MOST_FREQUENCIES`."""
+    return jax.tree.map(lambda leaf: leaf[:MOST_FREQUENCIES] if np.ndim(leaf) else leaf, measured)
 
 
-def _draw_points(gain: Axes, phase: Axes, seen: FrequencyResponse, method: str) -> None:
+def _name(fit: Fit, fits: Sequence[Fit]) -> str:
+    """Of the model of `fit`, for legends: by its method where there are two."""
+    kind = fit.method if len({one.method for one in fits}) > 1 or fit.method == "paper" else "linear"
+    return f"{kind} model{', second order' if fit.motor.order == 2 else ''}"
+
+
+def _draw_residuals(
+    axes: tuple[Axes, Axes], seen: FrequencyResponse, model: np.ndarray, label: str, look: Look
+) -> None:
+    """Gain and phase of measured over modelled, with the measurement's 95 % intervals."""
+    known = np.isfinite(model)
+    ratio, at = np.asarray(seen.response)[known] / model[known], np.asarray(seen.frequency_Hz)[known]
+    for (amplitude, rows), fill in zip(by_amplitude(seen), FILLS, strict=False):
+        fill = look["color"] if fill == GREY else fill
+        drawn = look | {"markerfacecolor": fill, "label": f"{label}{amplitude}", "linewidth": 0.9, "capsize": 2}
+        rows = rows[known]
+        for ax, value, half in zip(axes, (decibel(ratio), degrees(ratio)), response_band(seen), strict=True):
+            ax.errorbar(at[rows], value[rows], half[known][rows], **drawn)
+
+
+def _draw_points(gain: Axes, phase: Axes, seen: FrequencyResponse, method: str, reading: str) -> None:
     frequency, response, band = np.asarray(seen.frequency_Hz), np.asarray(seen.response), response_band(seen)
-    marker, size = ("s", 5.5) if method == "paper" else ("o", 3)
-    look = {**MEASURED, "marker": marker, "markersize": size}
+    size, markers = (5.5, "sss") if method == "paper" else (3, "o^D")
     for ax, value, half in ((gain, decibel(response), band.gain_dB), (phase, degrees(response), band.phase_deg)):
-        for (amplitude, rows), fill in zip(by_amplitude(seen), FILLS, strict=False):
+        for (amplitude, rows), fill, marker in zip(by_amplitude(seen), FILLS, markers, strict=False):
             at, middle, around = frequency[rows], value[rows], half[rows]
             ax.fill_between(at, middle - around, middle + around, **BAND)
-            label = f"measured{amplitude}, {method} reading"
-            ax.plot(at, middle, label=label, **{**look, "markerfacecolor": fill})
-
-
-def _draw_model(gain: Axes, phase: Axes, seen: FrequencyResponse, fit: Fit, fine: np.ndarray) -> None:
-    model = model_response(seen, fit.motor, fit.method, fine)
-    look, _ = LOOKS[name(fit)]
-    gain.plot(fine, decibel(model), label=name(fit), **look)
-    phase.plot(fine, degrees(model), label=name(fit), **look)
+            label = f"measured{amplitude}{reading}"
+            look = MEASURED | {"marker": marker, "markersize": size, "markerfacecolor": fill}
+            ax.plot(at, middle, label=label, **look)
 
 
 def as_paper_reads(measured: FrequencyResponse, fit: Fit) -> FrequencyResponse:
@@ -231,9 +259,10 @@ def in_order(measured: FrequencyResponse) -> FrequencyResponse:
 def _banded(
     ax: Axes, frequency: np.ndarray, value: np.ndarray, half: np.ndarray, groups: list[tuple[str, np.ndarray]]
 ) -> None:
+    seen = half[np.isfinite(half)].max(initial=0.0) > VISIBLE * np.ptp(value)
     for (name, rows), marker in zip(groups, MARKERS, strict=False):
         at, middle, around = frequency[rows], value[rows], half[rows]
-        band = None if ax.collections else "95 % band"
+        band = "95 % band" if seen and not ax.collections else None
         ax.fill_between(at, middle - around, middle + around, label=band, **BAND)
         ax.plot(at, middle, color=BLACK, linewidth=0.6)
         look = {**MEASURED, "marker": marker}

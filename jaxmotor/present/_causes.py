@@ -10,13 +10,13 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from jaxmotor.diagnosis import Diagnosis
-from jaxmotor.present._style import BLACK, OnAxes, heading, panels, styled
+from jaxmotor.present._style import BLACK, BLUE, GREY, SILVER, VERMILLION, OnAxes, heading, panels, styled
 from jaxmotor.words import named, odds, percent, plainly
 
 LINEAR, NAMED, ALTERNATIVE = (
-    {"facecolor": "#BDBDBD", "edgecolor": "#6E6E6E"},
-    {"facecolor": "#0072B2", "edgecolor": "#0072B2"},
-    {"facecolor": "white", "edgecolor": "#D55E00", "hatch": "////"},
+    {"facecolor": SILVER, "edgecolor": GREY},
+    {"facecolor": BLUE, "edgecolor": BLUE},
+    {"facecolor": "white", "edgecolor": VERMILLION, "hatch": "////"},
 )
 NAME_WIDTH = 34
 """Characters of a bar's name in one line."""

@@ -13,6 +13,7 @@ from jaxmotor.present._style import (
     BLACK,
     BLUE,
     EXACT,
+    FAINT,
     GREY,
     LINE,
     OTHER,
@@ -156,7 +157,7 @@ def _over_time(ax: Axes, traces: tuple[Trace, ...], left: list[np.ndarray]) -> N
     for number, (trace, values) in enumerate(zip(traces, left, strict=True)):
         end = begin + float(trace.time_s[-1]) if len(trace.time_s) else begin
         if number % 2:
-            ax.axvspan(begin, end, facecolor="#F0F0F0", edgecolor="none", zorder=0)
+            ax.axvspan(begin, end, facecolor=FAINT, edgecolor="none", zorder=0)
         color = BLUE if number % 2 else BLACK
         points = begin + trace.time_s[::every], values[::every]
         # As pixels also in an SVG: a drawn symbol for each would make a file of many megabytes.

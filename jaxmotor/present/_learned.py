@@ -1,6 +1,7 @@
 """What was learned beyond the named effects: the residual voltage as a curve over each coordinate."""
 
 import math
+import textwrap
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,6 +13,8 @@ from jaxmotor.present._style import BAND, BLACK, BLUE, Look, OnAxes, legend_belo
 
 BEST = Look(color=BLUE, linestyle="-", linewidth=1.8)
 OTHER = Look(color=BLACK, linestyle="-", linewidth=0.9)
+TITLE = 54
+"""Characters of a bold title across a figure."""
 
 
 @styled
@@ -28,7 +31,7 @@ def learned(laws: tuple[LearnedLaw, ...], *, axes: OnAxes = None) -> Figure:
     rows = math.ceil(len(laws) / columns)
     figure, axes = panels(rows, 0.6 + 2.0 * rows, columns=columns, share_x=False, share_y=True, axes=axes)
     for ax, law in zip(axes.flat, laws, strict=False):
-        _curve(ax, law, best=law is laws[0] and law.share > 0)
+        _curve(ax, law, TITLE // columns if law is laws[0] and law.share > 0 else 0)
     for ax in axes.flat[len(laws) :]:
         ax.set_axis_off()
     for ax in axes[:, 0]:
@@ -37,11 +40,13 @@ def learned(laws: tuple[LearnedLaw, ...], *, axes: OnAxes = None) -> Figure:
     return figure
 
 
-def _curve(ax: Axes, law: LearnedLaw, best: bool) -> None:
+def _curve(ax: Axes, law: LearnedLaw, width: int) -> None:
+    """With a `width` [characters] as the best one, and what it is like."""
     volts, error = 1e3 * law.volts, 2e3 * law.standard_error
     ax.fill_between(law.at, volts - error, volts + error, label="± 2 standard errors", **BAND)
-    ax.plot(law.at, volts, label="learned", **(BEST if best else OTHER))
+    ax.plot(law.at, volts, label="learned", **(BEST if width else OTHER))
     ax.set_xlabel(COORDINATES[law.coordinate])
-    alike = f"\n{plain(law.resemblance)}" if best else ""
-    title = f"{'Best: ' if best else ''}{100 * law.share:.0f} % explained{alike}"
-    ax.set_title(title, loc="left", fontweight="bold" if best else "normal")
+    title = f"{100 * law.share:.0f} % explained"
+    if width:
+        title = "\n".join([f"Best: {title}", *textwrap.wrap(plain(law.resemblance, 150), width)])
+    ax.set_title(title, loc="left", fontweight="bold" if width else "normal")

@@ -6,18 +6,18 @@ from matplotlib.figure import Figure
 
 from jaxmotor.diagnosis import Diagnosis, Look, MissingVolts
 from jaxmotor.present import _style
-from jaxmotor.present._style import BLACK, BLUE, VERMILLION, OnAxes, legend_below, panels, styled
+from jaxmotor.present._style import BLACK, BLUE, SILVER, SKY, VERMILLION, OnAxes, legend_below, panels, styled
 
 BEFORE = (
-    _style.Look(color="#BDBDBD", linestyle="none", marker=".", markersize=2, markeredgewidth=0),
+    _style.Look(color=SILVER, linestyle="none", marker=".", markersize=2, markeredgewidth=0),
     _style.Look(color=BLACK, linestyle="-", marker="o", markersize=3.5, markerfacecolor="white"),
 )
 AFTER = (
-    _style.Look(color="#7FB8D9", linestyle="none", marker=".", markersize=2, markeredgewidth=0),
+    _style.Look(color=SKY, linestyle="none", marker=".", markersize=2, markeredgewidth=0),
     _style.Look(color=BLUE, linestyle="-", marker="s", markersize=2.6, linewidth=1.0),
 )
 """How windows and means are drawn."""
-BINS = 24
+BINS, MOST_DOTS = 24, 1_500
 COORDINATES = {
     "speed": "Speed (rad/s)",
     "voltage": "Applied voltage (V)",
@@ -28,7 +28,8 @@ COORDINATES = {
 
 @styled
 def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
-    """Residual voltage against speed, voltage, shaft angle and time: a dot for each window of 60 ms, means of 24 bins.
+    """Residual voltage against speed, voltage, shaft angle and time: a dot for each window of 60 ms (of more than 1500,
+    for evenly chosen ones), means of 24 bins.
 
     Grey and black is that of the linear model, blue that of the extended one. The dashed lines are two standard
     deviations of what the encoder's rounding alone gives. A panel's title is the part of the variance that its
@@ -36,14 +37,18 @@ def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """
     figure, axes = panels(2, 4.6, columns=2, share_x=False, share_y=True, axes=axes)
     for ax, (coordinate, label) in zip(axes.flat, COORDINATES.items(), strict=True):
-        known = np.isfinite(along(diagnosis.missing, coordinate)).all()
-        ax.set_xlabel(label if known else f"{label}: not known")
+        if not np.isfinite(along(diagnosis.missing, coordinate)).any():
+            ax.set(xlabel=f"{label.partition(' (')[0]}: not known", xticks=[])
+            continue
+        ax.set_xlabel(label)
         _rounding(ax, diagnosis.missing.noise_V)
         extended = bool(diagnosis.named)
         _view(ax, diagnosis.missing, coordinate, BEFORE, "linear model")
         if extended:
             _view(ax, diagnosis.left, coordinate, AFTER, "extended model")
         ax.set_title(_title(diagnosis, coordinate), loc="left")
+    for ax in axes.flat:
+        _span(ax, diagnosis)
     for ax in axes[:, 0]:
         ax.set_ylabel("Residual voltage (mV)")
     legend_below(axes, 3)
@@ -82,13 +87,22 @@ def _rounding(ax: Axes, noise_V: float) -> None:
             ax.axhline(sign * 1e3 * noise_V, color=VERMILLION, linestyle=line, linewidth=0.9, label=name, zorder=3)
 
 
+def _span(ax: Axes, diagnosis: Diagnosis) -> None:
+    """Without the few windows far out that would press all others flat."""
+    size = 1e3 * np.abs(np.concatenate([diagnosis.missing.volts, diagnosis.left.volts]))
+    if size.any():
+        most = max(size[size <= 1.3 * np.quantile(size, 0.995)].max(), np.nan_to_num(2.2e3 * diagnosis.missing.noise_V))
+        ax.set_ylim(-1.05 * most, 1.05 * most)
+
+
 def _view(ax: Axes, volts: MissingVolts, coordinate: str, looks: tuple[_style.Look, _style.Look], name: str) -> None:
     at = along(volts, coordinate)
     known = np.isfinite(at)
     if not known.any():
         return
     at, missing_mV = at[known], 1e3 * volts.volts[known]
-    ax.plot(at, missing_mV, zorder=2, **looks[0])
+    every = slice(None, None, 1 + len(at) // MOST_DOTS)
+    ax.plot(at[every], missing_mV[every], zorder=2, **looks[0])
     ax.plot(*bin_means(at, missing_mV), label=name, zorder=4, **looks[1])
 
 

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxmotor.fleet import Population
-from jaxmotor.present._style import BLUE, GREY, REFERENCE, VERMILLION, OnAxes, legend_above, panels, plain, styled
+from jaxmotor.present._style import BLUE, GREY, REFERENCE, VERMILLION, Look, OnAxes, legend_above, panels, plain, styled
 
 LABELS = {
     "gain_rad_s_V": "Gain (rad/s/V)",
@@ -17,8 +17,10 @@ HALF, NEARLY_ALL = 1.386, 13.816
 """Squared distances of two normal numbers within which 50 % and 99.9 % of them lie."""
 MOST_NAMED = 8
 """Motors that do not belong, of which the names are written."""
-MOST_BARS = 500
-"""Motors, beyond which their error bars are left out."""
+MOST_BARS, MOST_DRAWN = 300, 3_000
+"""Motors beyond which their error bars are left out, and beyond which only every second, third, ... is drawn; those
+that do not belong are drawn in any case."""
+MOTORS, OUTSIDE = "motors", "do not belong"
 
 
 @styled
@@ -39,31 +41,48 @@ def population_figure(population: Population, *, axes: OnAxes = None) -> Figure:
     return figure
 
 
+def drawn_motors(population: Population) -> dict[str, np.ndarray]:
+    """Motors that are drawn, by the label of their marks."""
+    outside = population.distance > population.threshold
+    inside = np.flatnonzero(~outside)
+    drawn = {MOTORS: inside[:: 1 + len(inside) // MOST_DRAWN], OUTSIDE: np.flatnonzero(outside)}
+    return {label: rows for label, rows in drawn.items() if len(rows)}
+
+
 def _pair(ax: Axes, population: Population, across: int, up: int) -> None:
-    inside = population.distance <= population.threshold
-    points = sizes(population, population.estimates)
-    _bars(ax, population, across, up, inside, color=BLUE, marker="o", label="motors")
-    if not inside.all():
-        _bars(ax, population, across, up, ~inside, color=VERMILLION, marker="x", label="do not belong")
+    looks = {MOTORS: Look(color=BLUE, marker="o"), OUTSIDE: Look(color=VERMILLION, marker="x")}
+    for label, rows in drawn_motors(population).items():
+        _points(ax, population, [across, up], rows, looks[label] | {"label": label})
     for square, style in ((HALF, "-"), (NEARLY_ALL, (0, (5, 1.6)))):
         label = "50 % and 99.9 % of them" if square == HALF else None
         ax.plot(*ellipse(population, across, up, square).T, color=GREY, linestyle=style, linewidth=1.0, label=label)
     index = {motor: k for k, motor in enumerate(population.motors)}
+    points = sizes(population, population.estimates)[:, [across, up]]
     for outlier in population.outliers[:MOST_NAMED]:
-        x, y = points[index[outlier.motor], [across, up]]
-        ax.annotate(plain(outlier.motor, 20), (x, y), xytext=(4, 3), textcoords="offset points", fontsize=7)
+        place = points[index[outlier.motor]]
+        ax.annotate(plain(outlier.motor, 20), place, xytext=(4, 3), textcoords="offset points", fontsize=7)
+    _span(ax, np.concatenate([points, ellipse(population, across, up, NEARLY_ALL)]))
     ax.set(xlabel=LABELS[population.names[across]], ylabel=LABELS[population.names[up]])
 
 
-def _bars(ax: Axes, population: Population, across: int, up: int, chosen: np.ndarray, **look) -> None:
-    points = sizes(population, population.estimates[chosen])
-    look |= {"linestyle": "none", "markersize": 3, "markerfacecolor": "none", "markeredgewidth": 0.7}
-    if chosen.sum() > MOST_BARS:
-        ax.plot(points[:, across], points[:, up], rasterized=True, **look)
+def _points(ax: Axes, population: Population, chosen: list[int], rows: np.ndarray, look: Look) -> None:
+    points = sizes(population, population.estimates[rows])
+    look = look | {"linestyle": "none", "markersize": 3, "markerfacecolor": "none", "markeredgewidth": 0.7}
+    if len(population.motors) > MOST_BARS:
+        ax.plot(*points[:, chosen].T, **look)
         return
-    errors = 1.96 * np.sqrt(np.einsum("mii->mi", population.errors[chosen]))
+    errors = 1.96 * np.sqrt(np.einsum("mii->mi", population.errors[rows]))
     errors = errors * np.where(np.array(population.logarithmic), points, 1.0)
-    ax.errorbar(points[:, across], points[:, up], errors[:, up], errors[:, across], elinewidth=0.6, **look)
+    ax.errorbar(*points[:, chosen].T, *errors[:, chosen[::-1]].T, elinewidth=0.6, **look)
+
+
+def _span(ax: Axes, points: np.ndarray) -> None:
+    """Bars may reach half as far again as `points` do: a long one shall not dwarf the others."""
+    for ends, low, high, change in zip(
+        (ax.get_xlim(), ax.get_ylim()), points.min(0), points.max(0), (ax.set_xlim, ax.set_ylim), strict=True
+    ):
+        if low < high:
+            change(max(ends[0], 1.5 * low - 0.5 * high), min(ends[1], 1.5 * high - 0.5 * low))
 
 
 def _sorted(ax: Axes, population: Population) -> None:

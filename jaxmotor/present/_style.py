@@ -25,6 +25,8 @@ LINE = 76
 """Characters across a figure."""
 BLACK, BLUE, VERMILLION, GREEN = "#000000", "#0072B2", "#D55E00", "#009E73"
 PURPLE, GREY = "#AA4499", "#8A8A8A"
+SILVER, SKY, FAINT = "#B0B0B0", "#7FB8D9", "#E4E4E4"
+"""Of many small dots, and of what lies behind the data."""
 
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
@@ -64,7 +66,7 @@ Look = dict[str, Any]
 """Of a line, as matplotlib's keywords."""
 
 MEASURED = Look(color=BLACK, linestyle="none", marker="o", markersize=4, markerfacecolor="white")
-SMALL_DOTS = MEASURED | Look(markersize=1.7, markerfacecolor="#A8A8A8", color="#A8A8A8")
+SMALL_DOTS = MEASURED | Look(markersize=2, markeredgewidth=0, markerfacecolor=GREY, color=GREY)
 EXACT = Look(color=BLUE, linestyle="-")
 PAPER = Look(color=VERMILLION, linestyle=(0, (5, 1.6)))
 OTHER = Look(color=GREEN, linestyle=(0, (5, 1.4, 1, 1.4)))
@@ -159,7 +161,7 @@ def legend_below(axes: np.ndarray, columns: int) -> None:
 
 def grid(ax: Axes) -> None:
     """Faint lines to read values by."""
-    ax.grid(True, color="#E4E4E4", linewidth=0.5)
+    ax.grid(True, color=FAINT, linewidth=0.5)
     ax.set_axisbelow(True)
 
 

@@ -16,6 +16,7 @@ from jaxmotor._precision import in_float64
 from jaxmotor.cli._story import diagnosis_text
 from jaxmotor.diagnosis import to_json
 from jaxmotor.motor import EFFECTS, Motor, SecondOrder
+from jaxmotor.present import loop_before_after
 from jaxmotor.validation import controller_of, loop_of_motors
 
 pytestmark = pytest.mark.usefixtures("plant_library")
@@ -85,6 +86,19 @@ def test_the_extended_motor_foretells_the_loop_and_the_linear_one_does_not():
     assert after.low - 0.1 <= measured <= after.high + 0.1
     assert not before.low <= measured <= before.high
     assert after.high - after.low < before.high - before.low
+
+
+def test_a_loop_is_drawn_before_and_after():
+    _, found = with_friction()
+    [gain] = found.closed_loop
+    [ax] = loop_before_after(gain).axes
+    drawn = {one.get_label(): one.get_ydata() for one in ax.get_lines()}
+    assert list(drawn) == ["measured", "linear", "extended"]
+    np.testing.assert_array_equal(drawn["measured"], gain.before.measured_speed_rad_s)
+    np.testing.assert_array_equal(drawn["linear"], gain.before.speed.mean)
+    np.testing.assert_array_equal(drawn["extended"], gain.after.speed.mean)
+    alone = loop_before_after(dataclasses.replace(gain, after=gain.before)).axes[0]
+    assert [one.get_label() for one in alone.get_lines()] == ["measured", "linear"]
 
 
 def test_loops_are_told_and_written():

@@ -19,7 +19,7 @@ from jaxmotor.diagnosis._experiment import experiment
 from jaxmotor.diagnosis._study import study_of
 from jaxmotor.estimate import read_model
 from jaxmotor.motor.effects import EFFECTS, parameters
-from jaxmotor.present import diagnosis_figures, write_diagnosis
+from jaxmotor.present import before_after, diagnosis_figures, missing, write_diagnosis
 from jaxmotor.present._before_after import best_gain
 from jaxmotor.recording import write
 from jaxmotor.words import named, odds, percent, sentence
@@ -243,6 +243,18 @@ def test_one_segment_is_drawn_before_and_after():
     for name, error in zip(("linear", "extended"), drawn, strict=True):
         np.testing.assert_allclose(lines["measured"] - lines[name], error, atol=1e-9)
     assert np.abs(drawn[0]).mean() > 1.5 * np.abs(drawn[1]).mean()
+    alone = before_after(dataclasses.replace(found, effects=()))
+    assert [line.get_label().partition(",")[0] for line in alone.axes[0].get_lines()] == ["measured", "linear"]
+
+
+def test_a_few_windows_far_out_press_no_others_flat():
+    _, found = of("friction")
+    far = found.missing.volts.copy()
+    far[:2] = 40.0
+    most = 1e3 * np.abs(found.missing.volts).max()
+    odd = dataclasses.replace(found, missing=dataclasses.replace(found.missing, volts=far))
+    for ax in missing(odd).axes:
+        assert 0.3 * most < ax.get_ylim()[1] < 3 * most
 
 
 @pytest.fixture

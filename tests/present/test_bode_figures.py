@@ -32,7 +32,7 @@ def test_bode_shows_the_measured_numbers(exact):
     assert labels(figure) == [
         ("", "Gain (dB re 1 rad/s/V)"),
         ("", "Phase (degrees)"),
-        ("Frequency (Hz)", "95 % half- width"),
+        ("Frequency (Hz)", "Half-width (95 %)"),
     ]
     gain, phase, _ = figure.axes
     for ax, values in ((gain, dB(measured.response)), (phase, turned(measured.response))):
@@ -129,7 +129,8 @@ def test_first_and_second_order_are_told_apart(exact):
         second = SecondOrder(*map(jnp.asarray, (exact.motor.gain, exact.motor.pole, 0.0005)))
     figure = bode_models(exact.frequency_response, [exact, dataclasses.replace(exact, motor=second)])
     check(figure)
-    assert line(figure.axes[0], "exact model, second order") is not None
+    assert line(figure.axes[0], "linear model, second order") is not None
+    assert line(figure.axes[0], "linear model") is not None
 
 
 @pytest.mark.parametrize("window", [None, 0.005])
@@ -144,3 +145,56 @@ def test_a_paper_fit_without_its_own_response(exact, paper, window):
     late = 0 if window else -360 * np.asarray(measured.frequency_Hz) * 0.005
     shown = line(figure.axes[1], "measured, paper reading").get_ydata()
     np.testing.assert_allclose(shown, turned(measured.response) + late, atol=1e-9)
+
+
+def changed(measured: FrequencyResponse, **fields) -> FrequencyResponse:
+    """`measured` as JAX arrays, with these fields."""
+    with jax.enable_x64(True):
+        measured = jax.tree.map(jnp.asarray, measured)
+        return dataclasses.replace(measured, **{name: jnp.asarray(value) for name, value in fields.items()})
+
+
+def two_amplitudes(measured: FrequencyResponse) -> FrequencyResponse:
+    """Every frequency at 5.1 V, and with 1 dB less gain at 1.7 V."""
+    names = ("frequency_Hz", "response", "covariance")
+    fields = {name: np.concatenate([np.asarray(getattr(measured, name))] * 2) for name in names}
+    size = len(measured.frequency_Hz)
+    fields["response"][size:] *= 10 ** (-1 / 20)
+    return changed(measured, **fields, amplitude_V=np.repeat([5.1, 1.7], size))
+
+
+def test_amplitudes_are_told_apart_in_every_panel(exact):
+    measured = two_amplitudes(exact.frequency_response)
+    model = np.asarray(measured.response) * np.where(np.asarray(measured.amplitude_V) > 3, 10**0.01, np.nan)
+    figure = bode_models(measured, [exact], extended=model)
+    check(figure)
+    gain, _, gain_left, phase_left = figure.axes
+    both = ("at 5.1 V", "at 1.7 V")
+    assert [text.get_text() for text in gain.get_legend().get_texts()] == [
+        *(f"measured {volts}" for volts in both), "linear model",
+    ]  # fmt: skip
+    names = [f"{kind} model {volts}" for kind in ("linear", "extended") for volts in both]
+    assert [text.get_text() for text in gain_left.get_legend().get_texts()] == names
+    np.testing.assert_allclose(left(gain_left, names[2]), -0.2, atol=1e-9)
+    np.testing.assert_allclose(left(phase_left, names[2]), 0.0, atol=1e-9)
+    assert not len(left(gain_left, names[3])), "where the extended motor is not known there is no residual"
+    np.testing.assert_allclose(left(gain_left, names[1]), left(gain_left, names[0]) - 1, atol=1e-9)
+    fills = {each.lines[0].get_markerfacecolor() for each in gain_left.containers[:2]}
+    assert len(fills) == 2
+
+
+def test_a_band_that_cannot_be_seen_has_no_entry(exact):
+    wide = changed(exact.frequency_response, covariance=1e6 * np.asarray(exact.frequency_response.covariance))
+    for measured, entry in ((exact.frequency_response, []), (wide, ["95 % band"])):
+        legend = bode(measured).axes[0].get_legend()
+        assert [text.get_text() for text in legend.get_texts()] == [*entry, "measured"]
+
+
+def test_the_lowest_panel_has_room_for_its_numbers(exact):
+    response = exact.frequency_response
+    steep = np.geomspace(1, 1e10, len(response.frequency_Hz))[:, None, None]
+    for factor in (1.0, steep):
+        width = bode(changed(response, covariance=np.asarray(response.covariance) * factor)).axes[2]
+        low, high = width.get_ylim()
+        shown = [tick for tick in width.get_yticks() if low <= tick <= high]
+        assert 2 <= len(shown) <= 5

@@ -1,5 +1,6 @@
 """One hostile recording through `jaxmotor report`, and the page that comes of it."""
 
+import csv
 import dataclasses
 import hashlib
 import html
@@ -23,6 +24,7 @@ from jaxmotor.present.report._html import Html, element, escaped
 from jaxmotor.recording import import_log, read, write
 from jaxmotor.validation import to_json as validation_json
 
+MOTORS = ("linear", "extended")
 RUNS = [*plan(), *(sine(f, amplitude=2.0) for f in (0.7037, 1.507, 3.011))]
 HEADER = {
     "motor": HOSTILE,
@@ -139,7 +141,8 @@ def test_the_first_screen_is_for_who_built_it(told, page):
     assert "none of these < 1 %" in words and found.effect.advice in words
     for below in ("chi2", "pole", "verdict", "extended:", "volts_V"):
         assert below not in words, below
-    assert [one["name"] for one in hovers(page)[0]["series"]] == ["measured", "linear", "extended"]
+    assert [one["name"].partition(", fit ")[0] for one in hovers(page)[0]["series"]] == ["measured", *MOTORS]
+    assert [one["name"] for one in hovers(page)[1]["series"]] == [*MOTORS]
 
 
 def test_the_first_screen_says_no_more_than_is_known(told):
@@ -168,7 +171,7 @@ def test_the_first_screen_says_no_more_than_is_known(told):
 def test_plots_show_the_data(told, page):
     panels = hovers(page)
     labels = [panel["y"] for panel in panels]
-    for label in ("Voltage (V)", "Gain (dB re 1 rad/s/V)", "Phase (°)", "Residual (mV)", "Speed (rad/s)"):
+    for label in ("Voltage (V)", "Gain (dB re 1 rad/s/V)", "Phase (degrees)", "Residual voltage (mV)", "Speed (rad/s)"):
         assert label in labels
     response = told[0].diagnosis.fit.frequency_response
     gain = panels[labels.index("Gain (dB re 1 rad/s/V)")]
@@ -189,7 +192,13 @@ def test_plots_show_the_data(told, page):
 def test_the_extended_motor_answers_sines_as_the_real_one_does(told, page):
     panels = hovers(page)
     left = next(panel for panel in panels if panel["y"] == "Residual (dB)")
-    linear, extended = (np.array(one["value"], float) for one in left["series"])
+    names = [f"{motor} model at {volts} V" for motor in MOTORS for volts in ("5.1", "2")]
+    assert [one["name"] for one in left["series"]] == names
+    linear, extended = (
+        np.concatenate([np.array(one["value"], float) for one in left["series"] if one["name"].startswith(motor)])
+        for motor in MOTORS
+    )
+    assert len(linear) == len(extended) == len(told[0].diagnosis.fit.frequency_response.frequency_Hz)
     assert np.abs(extended).max() < 0.3 * np.abs(linear).max()
 
 
@@ -275,6 +284,38 @@ def test_colours_can_be_told_from_the_paper(page):
             assert contrast(scheme[curve], scheme["paper"]) >= 3, curve
 
 
+def test_figures_have_no_colour_that_the_page_does_not_turn_dark(page):
+    [style] = page.blocks["style"]
+    schemes = [set(re.findall(r"--(\w+):", block)) for block in re.findall(r":root \{(.*?)\}", style, re.S)]
+    drawn = [attributes for tag, attributes in page.elements if tag in ("path", "text") and "class" not in attributes]
+    colours = {attributes[key] for attributes in drawn for key in ("fill", "stroke") if key in attributes}
+    used = {re.fullmatch(r"var\(--(\w+),#\w{6}\)", one) for one in colours - {"none"} if not one.startswith("url(#")}
+    assert len(drawn) > 500 and None not in used and all("fill" in attributes for attributes in drawn)
+    assert all({one[1] for one in used} <= scheme for scheme in schemes) and len(used) >= 6
+
+
+def test_correlations_are_those_of_the_joint_covariance(told, page):
+    joint = told[0].diagnosis.joint
+    assert joint.names[:2] == ("gain_rad_s_V", "pole_rad_s")
+    error = np.sqrt(np.diag(joint.covariance))
+    words = "".join(page.words)
+    table = words.partition("Near ±1 the recording")[2]
+    friction = joint.names.index("coulomb_friction.volts_V")
+    told_ = re.search(r"Coulomb friction, volts([+-][\d.]{4})([+-][\d.]{4})", table)
+    for place, shown in enumerate(told_.groups()):
+        wanted = joint.covariance[friction, place] / error[friction] / error[place]
+        assert float(shown) == pytest.approx(wanted, abs=0.0051)
+
+
+def test_the_residual_of_the_true_law_is_the_encoder_s(told, page):
+    """Differences of rounded positions: minus a half at lag 1, nothing beyond it; not so the linear motor's."""
+    [panel] = [panel for panel in hovers(page) if panel["y"] == "Autocorrelation"]
+    linear, extended = (np.array(one["value"], float) for one in panel["series"])
+    assert [one["name"] for one in panel["series"]] == [*MOTORS] and panel["x"] == "Lag (rows)"
+    assert linear[0] == extended[0] == 1 and len(extended) == 26
+    assert extended[1] == pytest.approx(-0.5, abs=0.06) and np.abs(extended[2:]).max() < 0.1 < linear[2]
+
+
 def test_whatever_is_not_markup_is_text():
     assert element("p", HOSTILE) == "<p>&lt;script&gt;alert(1)&lt;/script&gt;</p>"
     assert element("p", ["a", Html("<b>"), None], title='"><b>') == '<p title="&quot;&gt;&lt;b&gt;">a<b></p>'
@@ -301,13 +342,21 @@ def test_opens_in_a_browser_without_a_request(told, browser, scheme):
     # The first panel of the third plot is the gain; near a measured frequency that is what is shown.
     [gain] = [panel for panel in hovers(Page(told[2].read_text(encoding="utf-8"))) if panel["y"].startswith("Gain")]
     measured = next(one for one in gain["series"] if one["name"] == "measured at 5.1 V")
-    shown = opened.point_at(2, (measured["x"][3] + 3) / 720, 0.1)
+    shown = opened.point_at(2, (measured["x"][3] + 3) / 680, 0.1)
     assert f"Frequency (Hz): {measured['at'][3]}" in shown and f"measured at 5.1 V {measured['value'][3]}" in shown
     assert "linear " in shown
     for width in (1000, 360):
         opened.page.set_viewport_size({"width": width, "height": 900})
         assert opened.page.evaluate("document.documentElement.scrollWidth") <= width
     assert len(opened.page.pdf()) > 10_000
+    with opened.page.expect_download() as saved:
+        opened.page.locator("button.csv").nth(2).click()
+    series, *rows = csv.reader(saved.value.path().read_text(encoding="utf-8").splitlines())
+    assert series == ["series", "x", "value", "y", "value"]
+    ours = [row for row in rows if row[0] == "measured at 5.1 V" and row[3] == gain["y"]]
+    assert [[row[2], row[4]] for row in ours] == [
+        list(pair) for pair in zip(measured["at"], measured["value"], strict=True)
+    ]
     # Moved, looked at and printed: still nothing was asked for, and nothing was said.
     assert opened.requests == [told[2].as_uri()] and opened.wrong == []
     opened.context.close()

@@ -179,13 +179,21 @@ def test_intervals_stay_in_their_plot(tmp_path, error):
             row["pole_standard_error_rad_s"] = 4.0
     made[3]["pole_standard_error_rad_s"] = error
     write_rows(made, tmp_path / "r.parquet", {})
-    text = write_fleet_page(tmp_path / "r.parquet", tmp_path).read_text()
-    [drawn] = [path for path in re.findall(r'<path d="([^"]*)" class="grey"', text) if path.count("V") > 10]
-    ends = np.array([[float(a), float(b)] for a, b in re.findall(r"M\S+ (\S+?)V([^M]+)", drawn)])
-    [top, height] = json.loads(re.search(r'"box":\s*\[[^,]*,([^,]*),[^,]*,([^\]]*)\]', text).expand(r"[\1,\2]"))
-    assert len(ends) == 39 and ends.min() >= top - 0.1 and ends.max() <= top + height + 0.1
-    dots = np.array([float(y) for y in re.findall(r"M\S+ (\S+?)h\.01", text)])
-    assert np.ptp(dots) > 0.2 * height
+    page = Page(write_fleet_page(tmp_path / "r.parquet", tmp_path).read_text())
+    [panel] = hovers(page)
+    left, top, width, height = panel["box"]
+    [clip] = [{key: float(value) for key, value in rect.items()} for rect in page.of("rect")]
+    box = {"x": left, "y": top, "width": width, "height": height}
+    assert clip == pytest.approx(box, abs=0.1)
+    [around] = [one["id"] for one in page.of("clippath")]
+    lines = [(path, re.fullmatch(r"M(\S+) (\S+)L(\S+) (\S+)", path["d"])) for path in page.of("path")]
+    bars = [(path, [float(part) for part in ends.groups()]) for path, ends in lines if ends and path["fill"] == "none"]
+    upright = [(path, ends) for path, ends in bars if ends[0] == ends[2] and "e4e4e4" not in path["stroke"]]
+    upright = [(path, ends) for path, ends in upright if "clip-path" in path]
+    assert len(upright) == 39 and {path["clip-path"] for path, _ in upright} == {f"url(#{around})"}
+    places = np.array([y for one in panel["series"] for y in one["y"]])
+    assert len(places) == 39 and places.min() >= top and places.max() <= top + height
+    assert np.ptp(places) > 0.2 * height
 
 
 def test_a_large_fleet_stays_small(tmp_path):

@@ -8,11 +8,12 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import write_text
 from jaxmotor.fleet import Population, population, read_results
+from jaxmotor.present._population import MOST_BARS, drawn_motors, population_figure, sizes
+from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._fleet_causes import causes_section, diagnosed
-from jaxmotor.present.report._fleet_plot import population_plot
-from jaxmotor.present.report._html import Content, details, element, number, paragraph, table, unbroken
+from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table, unbroken
 from jaxmotor.present.report._limits import versions
-from jaxmotor.present.report._page import Section, cards, page
+from jaxmotor.present.report._page import Section, cards, figure, page
 from jaxmotor.present.report._story import digest
 from jaxmotor.words import plainly, with_error
 
@@ -96,7 +97,20 @@ def _spread(found: Population | None, why_not: str) -> Content:
     text = "The spread is that of the motors themselves: what the errors of their estimates add to it is taken out."
     if "coulomb_friction_V" in found.names:
         text += " Gain and pole are those of the linear motor, which friction shifts: it lowers the gain."
-    return [paragraph(text), table("Spread between motors", head, rows), _same(found), population_plot(found)]
+    return [paragraph(text), table("Spread between motors", head, rows), _same(found), _drawing(found)]
+
+
+def _drawing(found: Population) -> Html:
+    """Gain against each other parameter; pointing at a motor names it."""
+    gains = sizes(found, found.estimates)[:, 0]
+    points = {
+        label: [f"{gains[k]:.4g}, {found.motors[k][:60]}" for k in rows] for label, rows in drawn_motors(found).items()
+    }
+    outside = len(found.outliers)
+    alt = f"{len(found.motors)} motors, gain against the other parameters; {outside} do not belong."
+    drawn = drawing(population_figure(found), "population", alt=alt, nearest="point", points=points)
+    bars = " with its 95 % interval" if len(found.motors) <= MOST_BARS else ""
+    return figure(drawn, f"Each mark is a motor{bars}.")
 
 
 def _same(found: Population) -> Content:

@@ -4,20 +4,18 @@ import math
 
 import numpy as np
 
-from jaxmotor.diagnosis import Diagnosis, LoopGain, Worth
+from jaxmotor.diagnosis import Diagnosis, FoundEffect, LoopGain, Worth
 from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.motor.effects import told_parameters
-from jaxmotor.present._before_after import best_gain, most_gained
-from jaxmotor.present._fit import with_gaps
+from jaxmotor.present._autocorrelation import autocorrelation
+from jaxmotor.present._before_after import before_after, best_gain, loop_before_after
+from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
 from jaxmotor.present.report._page import figure
-from jaxmotor.present.report._plot import Panel, dots, legend, level, line, plot
-from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import Recording
 from jaxmotor.words import LOOP, as_known, between, bracket, capital, floor, loop_of, named, plainly, scaled, scored
 
-MOST_ROWS = 500
 MOST_LOOPS = 2
 MOST_SEGMENTS = 200
 LINEAR = {
@@ -40,15 +38,35 @@ def model_section(story: Story) -> Content:
             error = float(getattr(diagnosis.fit.standard_error, attribute, math.nan))
             extended = _cells("model", key, beside, diagnosis.standard_error.get(key, math.nan))
             rows.append([name, *_cells("fit", key, alone, error), *(extended if diagnosis.named else [])])
-    head = ["", "linear motor", "95 % interval"]
+    head, correlation = ["", "linear motor", "95 % interval"], _correlation(diagnosis)
     if not diagnosis.named:
-        return table("The linear motor", head, rows)
+        return [table("The linear motor", head, rows), correlation]
     rows += _effects(diagnosis)
     text = (
         "Fitted to the whole recording. Gain and pole of the linear motor alone compensate for the effects that it "
         "lacks, so they depend on the experiment; those of the extended motor depend on it less."
     )
-    return [paragraph(text), table("Both motors", [*head, "extended motor", "95 % interval"], rows)]
+    return [paragraph(text), table("Both motors", [*head, "extended motor", "95 % interval"], rows), correlation]
+
+
+def _correlation(diagnosis: Diagnosis) -> Content:
+    """Between the estimates of the parameters of the extended motor, or of the linear one."""
+    titles = {key: about[0] for key, about in LINEAR.items()} | {
+        f"{found.name}.{name}": _title(found, name)
+        for found in diagnosis.named
+        for name in told_parameters(found.effect)
+    }
+    joint = diagnosis.joint.of(tuple(titles))
+    error = np.sqrt(np.diag(joint.covariance))
+    known = np.flatnonzero(error > 0).tolist()
+    correlation = joint.covariance[np.ix_(known, known)] / np.outer(error[known], error[known])
+    names = [titles[joint.names[k]] for k in known]
+    rows = [
+        [name, *(f"{one:+.2f}" if place <= k else "" for place, one in enumerate(row))]
+        for k, (name, row) in enumerate(zip(names, correlation, strict=True))
+    ]
+    caption = "Near ±1 the recording determines a combination of the two better than either"
+    return details("Correlation of the estimates", table(caption, ["", *names], rows)) if len(known) > 1 else None
 
 
 def _cells(motor: str, key: str, value: float, error: float) -> list[Content]:
@@ -66,9 +84,12 @@ def _effects(diagnosis: Diagnosis) -> list[list[Content]]:
         for name, about in told_parameters(found.effect).items():
             factor, unit = scaled(about, found.parameters[name])
             known = (factor * found.parameters[name], factor * found.standard_error[name], unit)
-            title = f"{named(found.name)}, {named(name.rpartition('_')[0] or name)}"
-            rows.append([title, "none", "", as_known(*known), between(*known)])
+            rows.append([_title(found, name), "none", "", as_known(*known), between(*known)])
     return rows
+
+
+def _title(found: FoundEffect, parameter: str) -> str:
+    return f"{named(found.name)}, {named(parameter.rpartition('_')[0] or parameter)}"
 
 
 def gain_section(story: Story) -> Content:
@@ -81,6 +102,7 @@ def gain_section(story: Story) -> Content:
     ]
     if diagnosis.held_out.traces_before:
         content.append(details("Each held-out segment", _runs(diagnosis, story.recording)))
+    content.append(details("Autocorrelation of the residual", _white(diagnosis)))
     return content + [_loop(place, gain, diagnosis) for place, gain in enumerate(diagnosis.closed_loop[:MOST_LOOPS])]
 
 
@@ -99,16 +121,9 @@ def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
             row.append([number(predicted.value, f"{key}_{when}", plainly(limits[0])), bracket(limits)])
         rows.append(row)
     head = ["", "measured", "linear", *(["extended"] if extended else [])]
-    measured = dots(before.time_s, before.measured_speed_rad_s, "dot small ink", "measured")
-    marks = [measured, line(before.time_s, before.speed.mean, "red curve", "linear")]
-    if extended:
-        marks.append(line(after.time_s, after.speed.mean, "blue curve", "extended"))
-    across = Scale.of(before.time_s, "Time in the segment (s)", margin=0.01)
-    speeds = Scale.of(np.concatenate([mark.y[np.isfinite(mark.y)] for mark in marks]), "Speed (rad/s)")
     caption = capital(loop_of(gain))
-    key = legend([("dot ink", "measured"), ("red curve", "linear"), *([("blue curve", "extended")] * extended)])
-    picture = figure(plot([Panel(across, speeds, marks)], alt=f"Speed in the {loop_of(gain)}"), caption, key)
-    return [picture, table("The header's controller on both motors, with 95 % intervals", head, rows)]
+    drawn = drawing(loop_before_after(gain), f"gain-{place}", alt=f"Speed in the {loop_of(gain)}")
+    return [figure(drawn, caption), table("The header's controller on both motors, with 95 % intervals", head, rows)]
 
 
 def _scores(diagnosis: Diagnosis) -> Content:
@@ -145,27 +160,25 @@ def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> 
 def traces(diagnosis: Diagnosis, recording: Recording) -> Html:
     """Measured speed and both motors in the segment in which the extension shows most."""
     before, after = best_gain(diagnosis)
-    rows = most_gained(before, after, MOST_ROWS)
-    time, gap = with_gaps(before.time_s[rows])
-    measured = before.measured_rad_s[rows]
-    pairs = [("linear", before, "red curve"), ("extended", after, "blue curve")][: 2 if diagnosis.named else 1]
-    speed = [dots(before.time_s[rows], measured, "dot small ink", "measured")]
-    left = []
-    for name, trace, look in pairs:
-        simulated = gap(trace.simulated_rad_s[rows])
-        speed.append(line(time, simulated, look, name))
-        left.append(line(time, gap(measured) - simulated, look, name))
-    across = Scale.of(before.time_s[rows], "Time in the segment (s)", margin=0.01)
-    speeds = Scale.of(np.concatenate([mark.y for mark in speed]), "Speed (rad/s)")
-    errors = Scale.of(np.concatenate([mark.y for mark in left]), "Residual")
-    panels = [Panel(across, speeds, speed, 110.0), Panel(across, errors, [level(across, 0.0), *left], height=70.0)]
+    motors = {"linear": before, **({"extended": after} if diagnosis.named else {})}
     kind = _kind(diagnosis, recording, before)
-    scores = ", ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace, _ in pairs)
+    scores = ", ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace in motors.items())
     held_out = "held out" if diagnosis.held_out.traces_before else "fitted"
     which = "Where the effects improve it most" if diagnosis.named else "Shown"
     text = f"{which}: {kind}, {held_out}; fit {scores}. Below, the residual (measured minus simulated)."
-    key = legend([("dot ink", "measured"), *((look, name) for name, _, look in pairs)])
-    return figure(plot(panels, alt=f"Measured and simulated speed. {text}", shared=True), text, key)
+    return figure(drawing(before_after(diagnosis), "gain", alt=f"Measured and simulated speed. {text}"), text)
+
+
+def _white(diagnosis: Diagnosis) -> Content:
+    """The autocorrelation of both motors' residuals."""
+    whole = diagnosis.whole
+    models = {"linear": whole.traces_before, **({"extended": whole.traces_after} if diagnosis.named else {})}
+    text = (
+        "Autocorrelation of the residual of the speed in free simulation, whole recording: within the band it is white."
+    )
+    if diagnosis.fit.floor_known:
+        text += " Neighbouring speeds share a rounded position: the encoder alone gives minus 0.5 at lag 1."
+    return figure(drawing(autocorrelation(models), "autocorrelation", alt=f"{text} Up to 25 rows."), text)
 
 
 def _kind(diagnosis: Diagnosis, recording: Recording, trace: Trace) -> str:

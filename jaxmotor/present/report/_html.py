@@ -112,3 +112,9 @@ def table(caption: str, head: Iterable[Content], rows: Iterable[Iterable[Content
 
 def _row(cells: list[Content]) -> Html:
     return element("tr", element("th", cells[0], scope="row"), [element("td", cell) for cell in cells[1:]])
+
+
+def bar(share: float, look: str) -> Html:
+    """A bar of `share` [1] of its column's width."""
+    rect = element("rect", width=f"{100 * min(max(share, 0.0), 1.0):.1f}", height=10, class_=f"bar {look}")
+    return element("svg", rect, viewBox="0 0 100 10", preserveAspectRatio="none", class_="share", aria_hidden="true")

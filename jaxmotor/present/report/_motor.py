@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from jaxmotor.present._overview import overview
+from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, details, element, table
 from jaxmotor.present.report._page import figure
-from jaxmotor.present.report._plot import Panel, band, legend, line, plot
-from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
-from jaxmotor.recording import Recording, Segment, lost_ticks, ranges
+from jaxmotor.recording import Recording, lost_ticks, ranges
 from jaxmotor.words import named, plainly
 
-BINS = 700
-"""Of a whole recording: what a screen shows."""
 MOST_SEGMENTS = 400
 """Rows of the table of segments."""
 FREE_TEXT = ("motor", "rig", "firmware", "created", "notes")
@@ -84,46 +82,10 @@ def _cut(value: Any) -> str:
 
 
 def _overview(recording: Recording) -> Html:
-    edges = np.linspace(0.0, _end(recording), BINS + 1)
-    parts = [(segment.start_s + segment.time_s[:-1], segment.volts[:-1], _speed(recording, segment))
-             for segment in recording.segments if len(segment) > 1]  # fmt: skip
-    time, volts, speed = (np.concatenate(column) for column in zip(*parts, strict=True)) if parts else np.zeros((3, 0))
-    at = (edges[1:] + edges[:-1]) / 2
-    scale = Scale.of(edges, "Time in the recording (s)", margin=0.0)
-    panels = []
-    for values, label, name in ((volts, "Voltage (V)", "applied"), (speed, "Speed (rad/s)", "measured")):
-        low, high, mean = _envelope(time, values, edges)
-        marks = [band(at, low, high), line(at, mean, "blue", f"{name}, mean of {edges[1]:.2g} s")]
-        panels.append(Panel(scale, Scale.of(np.concatenate([low, high]), label), marks, height=110.0))
-    alt = f"Voltage and speed over the {_end(recording):.4g} seconds of the recording, {len(recording.segments)} runs"
-    key = legend([("blue", "mean"), ("band", "from the lowest to the highest")])
-    return figure(plot(panels, alt=alt, shared=True), "The whole recording, as far as a screen can show it.", key)
-
-
-def _end(recording: Recording) -> float:
-    return max(float(segment.start_s + segment.time_s[-1]) for segment in recording.segments) or 1.0
-
-
-def _speed(recording: Recording, segment: Segment) -> np.ndarray:
-    """Mean speed from each row to the next [rad/s]."""
-    if segment.speed_rad_s is not None:
-        return segment.speed_rad_s[1:]
-    turn = 2 * np.pi / recording.counts_per_rev if recording.counts_per_rev else 1.0
-    angle = segment.angle_rad if segment.angle_rad is not None else turn * np.asarray(segment.count, dtype=float)
-    return np.diff(angle) / np.diff(segment.time_s)
-
-
-def _envelope(time: np.ndarray, values: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Least, largest and mean of `values` in each bin; NaN where there are none."""
-    bins = np.clip(np.searchsorted(edges, time, side="right") - 1, 0, len(edges) - 2)
-    size = len(edges) - 1
-    low, high, mean = np.full(size, np.inf), np.full(size, -np.inf), np.full(size, np.nan)
-    np.minimum.at(low, bins, values)
-    np.maximum.at(high, bins, values)
-    number = np.bincount(bins, minlength=size)
-    some = number > 0
-    mean[some] = np.bincount(bins, values, size)[some] / number[some]
-    return np.where(some, low, np.nan), np.where(some, high, np.nan), mean
+    last = recording.segments[-1]
+    over = f"the {last.start_s + last.time_s[-1]:.4g} seconds of the recording, {len(recording.segments)} segments"
+    drawn = drawing(overview(recording), "overview", alt=f"Voltage and speed over {over}")
+    return figure(drawn, "The whole recording, as far as a screen can show it.")
 
 
 def _segments(recording: Recording) -> Content:

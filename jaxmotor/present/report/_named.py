@@ -4,8 +4,7 @@ import math
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect
 from jaxmotor.motor.effects import parameters, told_parameters
-from jaxmotor.present.report._html import Content, Html, element, number, paragraph, table
-from jaxmotor.present.report._plot import bar
+from jaxmotor.present.report._html import Content, Html, bar, element, number, paragraph, table
 from jaxmotor.present.report._story import Story
 from jaxmotor.words import as_known, between, capital, floor, looks_like, named, plainly, scaled, sentence
 

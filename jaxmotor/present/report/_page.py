@@ -59,9 +59,10 @@ def _policy(script: str) -> str:
     return f"default-src 'none'; style-src 'unsafe-inline'; script-src 'sha256-{digest}'; base-uri 'none'"
 
 
-def figure(drawing: Content, caption: Content, key: Content = None) -> Html:
-    """A drawing with its legend above and its caption below."""
-    return element("figure", key, drawing, element("figcaption", caption))
+def figure(drawing: Content, caption: Content) -> Html:
+    """A drawing with its caption below, and a button that saves what it shows."""
+    button = element("button", "Save as CSV", type="button", class_="csv")
+    return element("figure", drawing, element("figcaption", caption, " ", button))
 
 
 def cards(entries: Iterable[tuple[str, Content]]) -> Html:

@@ -1,24 +1,21 @@
 """The measured frequency response with its intervals, the models beside it, and their residuals."""
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from jaxmotor._precision import in_float64
 from jaxmotor.estimate import FrequencyResponse, Trace
-from jaxmotor.present._bode import SAME_VOLTS, Band, by_amplitude, in_order, model_response, response_band
-from jaxmotor.present._zoh import decibel, degrees
+from jaxmotor.present._bode import SAME_VOLTS, Band, bode_models, in_order, model_response, response_band
+from jaxmotor.present._zoh import degrees
+from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, details, number, paragraph, table
 from jaxmotor.present.report._page import figure
-from jaxmotor.present.report._plot import Mark, Panel, band, bars, dots, legend, level, line, plot
-from jaxmotor.present.report._scale import Scale
 from jaxmotor.present.report._story import Story
 from jaxmotor.words import plainly
 
 MOST = 300
-"""Frequencies that are drawn and tabled."""
-LOOKS = ("dot ink", "dot green square", "dot purple")
+"""Frequencies that are tabled."""
 SETTLED = 5.0
 """Time constants after which a sine has settled."""
 
@@ -51,7 +48,7 @@ def response_section(story: Story) -> Content:
             "exact for a voltage that is held from tick to tick. Its response does not depend on the amplitude of the "
             "voltage; that of a motor with friction does."
         ),
-        figure(_drawing(story, seen), _caption(seen), _key(seen)),
+        figure(_drawing(story, seen), _caption(seen)),
         details("The numbers", _table(seen)),
     ]
 
@@ -95,84 +92,21 @@ def _ratio(trace: Trace, frequency_Hz: float, pole_rad_s: float) -> complex:
     return complex(simulated / measured) if abs(measured) > 0 else complex(np.nan)
 
 
-@in_float64
 def _drawing(story: Story, seen: Responses) -> Html:
-    frequency = seen.frequency_Hz[:MOST]
-    nyquist_Hz = 0.5 / float(seen.measured.period_s)
-    fine = np.geomspace(frequency[0] / 1.12, min(frequency[-1] * 1.12, 0.99 * nyquist_Hz), 240)
-    model = model_response(seen.measured, story.diagnosis.fit.motor, "exact", fine)
-    across = Scale.of(fine, "Frequency (Hz)", log=True, margin=0.0)
-    panels = []
-    halves = ((decibel, seen.half.gain_dB), (degrees, seen.half.phase_deg))
-    for label, (of, half) in zip(("Gain (dB re 1 rad/s/V)", "Phase (°)"), halves, strict=True):
-        value = of(seen.response)
-        marks = [
-            bars(frequency, (value - half)[:MOST], (value + half)[:MOST], "grey"),
-            line(fine, of(model), "blue curve", "linear"),
-            *_measured(seen, value),
-        ]
-        panels.append(Panel(across, _span(label, [of(model), value - half, value + half]), marks))
-    for label, (of, half) in zip(("Residual (dB)", "Residual (°)"), halves, strict=True):
-        panels.append(_left(across, label, of, half, seen))
+    frequency = seen.frequency_Hz
     alt = (
         f"Bode plot of {len(frequency)} measured frequencies from {frequency[0]:.3g} to {frequency[-1]:.3g} Hz with "
         "the linear model, and below the residuals of the models. The table under it has the numbers."
     )
-    return plot(panels, alt=alt, shared=True)
-
-
-def _measured(seen: Responses, value: np.ndarray) -> list[Mark]:
-    """A dot for each frequency, of another look for each amplitude."""
-    marks = []
-    for (name, chosen), look in zip(by_amplitude(seen.measured), LOOKS, strict=False):
-        rows = np.flatnonzero(chosen)[:MOST]
-        marks.append(dots(seen.frequency_Hz[rows], value[rows], look, f"measured{name}"))
-    return marks
-
-
-def _left(
-    across: Scale, label: str, of: Callable[[np.ndarray], np.ndarray], half: np.ndarray, seen: Responses
-) -> Panel:
-    """Measured over modelled, within the measurement's band."""
-    frequency = seen.frequency_Hz[:MOST]
-    linear = of(seen.response / seen.linear)[:MOST]
-    half = half[:MOST]
-    at, same = np.unique(frequency, return_inverse=True)
-    widest = np.zeros(len(at))
-    np.maximum.at(widest, same, half)
-    marks: list[Mark] = [band(at, -widest, widest), dots(frequency, linear, "dot blue", "residual, linear")]
-    values = [linear, -half, half]
-    if seen.extended is not None:
-        extended = _extended_left(of, seen)[:MOST]
-        marks.append(dots(frequency, extended, "dot red square", "residual, extended"))
-        values.append(extended)
-    scale = _span(label, values)
-    return Panel(across, scale, [marks[0], level(across, 0.0), *marks[1:]], height=95.0)
-
-
-def _extended_left(of: Callable[[np.ndarray], np.ndarray], seen: Responses) -> np.ndarray:
-    assert seen.extended is not None
-    known = np.isfinite(seen.extended)
-    left = np.full(len(known), np.nan)
-    left[known] = of(seen.response[known] / seen.extended[known])
-    return left
-
-
-def _span(label: str, values: list[np.ndarray]) -> Scale:
-    return Scale.of(np.concatenate(values), label, margin=0.08)
-
-
-def _key(seen: Responses) -> Html:
-    groups = by_amplitude(seen.measured)
-    entries = [(look, f"measured{name}") for (name, _), look in zip(groups, LOOKS, strict=False)]
-    entries += [("grey", "its 95 % interval"), ("blue curve", "linear model"), ("dot blue", "residual, linear")]
-    if seen.extended is not None:
-        entries.append(("dot red square", "residual, extended"))
-    return legend([*entries, ("band", "95 % interval of the measurement alone")])
+    drawn = bode_models(seen.measured, [story.diagnosis.fit], extended=seen.extended)
+    return drawing(drawn, "response", alt=alt)
 
 
 def _caption(seen: Responses) -> str:
-    text = "Above gain and phase, below their residuals (measured over modelled): within the band they are noise."
+    text = (
+        "Above gain and phase, below their residuals (measured over modelled) with the 95 % interval of the "
+        "measurement: where that holds 0 they are noise."
+    )
     if seen.extended is not None:
         text += " The extended motor was simulated under the sines that were recorded, at their amplitudes."
     return text

@@ -5,10 +5,9 @@ from collections.abc import Iterator
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect
 from jaxmotor.present.report._gain import traces
-from jaxmotor.present.report._html import Content, Html, bullets, element, number, paragraph, table
+from jaxmotor.present.report._html import Content, Html, bar, bullets, element, number, paragraph, table
 from jaxmotor.present.report._named import named_in
 from jaxmotor.present.report._page import cards
-from jaxmotor.present.report._plot import bar
 from jaxmotor.present.report._story import Story
 from jaxmotor.words import RPM, capital, either, equals, looks_like, named, odds, percent, spoken, with_error
 

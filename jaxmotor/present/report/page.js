@@ -1,7 +1,8 @@
 "use strict";
-// Hover values, sorting and printing. Text from recordings only ever becomes text content.
+// Hover values, their files, sorting and printing. Text from recordings only ever becomes text content.
 for (const block of document.querySelectorAll("script.hover")) hover(block.previousElementSibling, block);
 for (const button of document.querySelectorAll("th button")) button.addEventListener("click", () => sort(button));
+for (const button of document.querySelectorAll("button.csv")) button.addEventListener("click", () => save(button));
 const opened = [];
 addEventListener("beforeprint", () => {
   for (const one of document.querySelectorAll("details:not([open]):not(.screen)")) { one.open = true; opened.push(one); }
@@ -77,6 +78,19 @@ function hover(svg, block) {
     const next = onward.length ? (step > 0 ? Math.min(...onward) : Math.max(...onward)) : x;
     show(panel, next, longest.y[longest.x.indexOf(next)] ?? longest.y[0]);
   });
+}
+
+function save(button) {
+  const panels = JSON.parse(button.closest("figure").querySelector("script.hover").textContent);
+  const rows = panels.flatMap((panel) => panel.series.flatMap((one) =>
+    one.x.map((_, k) => [one.name, panel.x, one.at[k], panel.y, one.value[k]])));
+  const quoted = [["series", "x", "value", "y", "value"], ...rows].map((row) =>
+    row.map((cell) => (cell && !isNaN(cell) ? cell : `"${cell.replaceAll('"', '""')}"`)).join(","));
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([quoted.join("\n") + "\n"], { type: "text/csv" }));
+  link.download = `${document.title}.csv`;
+  link.click();
+  URL.revokeObjectURL(link.href);
 }
 
 function sort(button) {
