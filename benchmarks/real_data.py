@@ -22,6 +22,7 @@ from jaxmotor import JaxmotorError, Motor, Recording, diagnose, identify, import
 from jaxmotor.cli._runtime import prepare_jax
 from jaxmotor.estimate import Noise
 from jaxmotor.motor import Rows, simulate_motor
+from jaxmotor.motor.effects import told_parameters
 
 FOLDER = Path(os.environ.get("JAXMOTOR_DATA", Path(__file__).parent.parent.parent / "shared" / "data"))
 FLEXIBLE: dict[str, Any] = {"input": "u_pwm200:duty:200", "count": "count", "counts_per_rev": 1000, "supply_V": 12.0}
@@ -154,7 +155,8 @@ def diagnosed(name: str) -> str:
     seconds = time.perf_counter() - begin
     effects = []
     for effect in found.effects:
-        sizes = ", ".join(f"{value:.3g}" for value in effect.parameters.values())
+        told = told_parameters(effect.effect)
+        sizes = ", ".join(f"{value:.3g}" for name, value in effect.parameters.items() if name in told)
         same = [rival.name for rival in effect.rivals if rival.inseparable]
         effects.append(f"{effect.name} {sizes}".strip() + (f" (or {', '.join(same)})" if same else ""))
     more = f"; static fit {static_fit(found.motor, curve):.2f}" if name == JOINED else ""
