@@ -15,7 +15,7 @@ from jaxmotor.fleet._batch import Identified
 from jaxmotor.fleet._dataset import Entry
 from jaxmotor.fleet._diagnosed import DIAGNOSIS_NUMBERS, DIAGNOSIS_TEXTS, EFFECTS
 from jaxmotor.fleet._extra import needs
-from jaxmotor.fleet._friction import Rubbing
+from jaxmotor.fleet._friction import FrictionFit
 
 Row = dict[str, Any]
 
@@ -46,15 +46,15 @@ KEY = b"jaxmotor fleet"
 """Metadata of a file of results: what they are the results of, as JSON."""
 
 
-def row_of(entry: Entry, found: Identified | None, problem: str, rubbing: Rubbing | None = None) -> Row:
+def row_of(entry: Entry, found: Identified | None, problem: str, friction: FrictionFit | None = None) -> Row:
     """One motor's row; where there is a `problem` its numbers are missing."""
     row: Row = {"motor": entry.motor, "source": entry.source, "problem": problem or None}
     row |= dict.fromkeys((*NUMBERS, *FRICTION_NUMBERS))
     row["notes"] = [] if found is None else list(found.notes)
     if found is not None:
         row |= dict(zip(NUMBERS, _numbers(found), strict=True))
-    if rubbing is not None:
-        row |= dict(zip(FRICTION_NUMBERS, plain(rubbing.numbers()), strict=True))
+    if friction is not None:
+        row |= dict(zip(FRICTION_NUMBERS, plain(friction.numbers()), strict=True))
     return row
 
 
