@@ -35,15 +35,22 @@ def parse_names(line: str, source: str, number: int) -> list[str]:
     if "" in names or doubled:
         what = f"column {shown(doubled[0])} stands twice" if doubled and doubled[0] else "a column has no name"
         raise fault(source, number, f"{what}; name each column once")
+    if wrong := wrong_names(names):
+        raise fault(source, number, wrong)
+    return names
+
+
+def wrong_names(names: list[str]) -> str:
+    """What is missing among the column `names`, or excludes each other; empty where nothing does."""
     if "segment" not in names:
-        raise fault(source, number, f"column 'segment' is missing; columns are {', '.join(map(shown, names))}")
+        return f"column 'segment' is missing; columns are {', '.join(map(shown, names))}"
     for choice in CHOICES:
         given = [name for name in choice if name in names]
         if not given:
-            raise fault(source, number, f"one of the columns {', '.join(choice)} is needed; none is there")
+            return f"one of the columns {', '.join(choice)} is needed; none is there"
         if len(given) > 1:
-            raise fault(source, number, f"the columns {' and '.join(given)} exclude each other; keep one")
-    return names
+            return f"the columns {' and '.join(given)} exclude each other; keep one"
+    return ""
 
 
 def parse_rows(body: str, names: list[str], source: str, first: int) -> dict[str, np.ndarray]:
