@@ -6,10 +6,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from jaxmotor._sentences import printable
 from jaxmotor.cli._each import for_each
 from jaxmotor.cli._folder import check_names, make_folder
-from jaxmotor.cli._progress import progress
+from jaxmotor.cli._open import opened
 
 Method = Literal["exact", "paper"]
 Order = Literal["first", "second"]
@@ -55,17 +54,12 @@ def _one(
     json: bool,
     output: Path | None,
 ) -> None:
-    with progress(f"reading {printable(path.name)}") as tell:
-        from jaxmotor.cli._runtime import prepare_jax
-        from jaxmotor.recording import chosen_segments, read
-
-        recording = read(path)
-        held_out = chosen_segments(recording, hold_out)
-        tell("loading JAX")
-        prepare_jax()
+    with opened(path) as (recording, tell):
         from jaxmotor.estimate import electrical_check, identify, to_json
+        from jaxmotor.recording import chosen_segments
 
         tell("linear fit")
+        held_out = chosen_segments(recording, hold_out)
         fit = identify(recording, method=method, model=model, hold_out=held_out)
         extra = []
         if resistance is not None and inductance is not None:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.fleet._outside import farthest
+from jaxmotor.fleet._outlier_limits import farthest
 from jaxmotor.fleet._random_effects import random_effects
 from jaxmotor.fleet._robust import robust
 

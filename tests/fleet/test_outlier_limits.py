@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from jaxmotor.fleet._outside import farthest
+from jaxmotor.fleet._outlier_limits import farthest
 from jaxmotor.fleet._population import Population, population_of
 
 FLEETS = 60
