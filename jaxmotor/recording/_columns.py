@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
-from jaxmotor.recording._text import fault
+from jaxmotor.recording._text import NUMBER, fault
 
 MAX_TICK = 20_000_000
 INTEGERS = {"segment": 10**6, "tick": MAX_TICK, "duty": 10**12, "count": 2**62}
@@ -20,7 +20,6 @@ SPARSE = ("supply_mV",)
 CHOICES = (("tick", "time_s"), ("duty", "volts"), ("count", "angle_rad", "speed_rad_s"))
 
 _INTEGER = re.compile(r"[+-]?[0-9]+")
-_REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 def parse_names(line: str, source: str, number: int) -> list[str]:
@@ -29,7 +28,7 @@ def parse_names(line: str, source: str, number: int) -> list[str]:
     **Raises:** `RecordingError` where one is missing, doubled, or excludes another.
     """
     names = [name.strip() for name in line.split(",")]
-    if all(_REAL.fullmatch(name) for name in names):
+    if all(NUMBER.fullmatch(name) for name in names):
         raise fault(source, number, "numbers where the column names are expected; put a line such as segment,tick,...")
     doubled = [name for name in names if names.count(name) > 1]
     if "" in names or doubled:
@@ -126,7 +125,7 @@ def _cell_fault(name: str, cell: str) -> str:
         return _beyond(name, cell)
     if name in SPARSE and cell == "nan":
         return ""
-    if name in FLOATS and not _REAL.fullmatch(cell):
+    if name in FLOATS and not NUMBER.fullmatch(cell):
         return f"{name} is {shown(cell)}, not a finite number; correct or delete the row"
     return ""
 

@@ -1,6 +1,7 @@
 """Files as text: what a spreadsheet, an editor or a crash may have done to them."""
 
 import contextlib
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,9 @@ MAX_BYTES = 400_000_000
 """Larger files are refused unread [byte]."""
 MAX_ROWS = 2_000_000
 """Longer files are refused unparsed."""
+
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+"""A finite number as text."""
 
 _SPLIT = "split it into several files or log at a lower rate"
 
