@@ -19,7 +19,7 @@ import numpy as np
 from fleet_sines import interleaved
 
 from jaxmotor.cli._runtime import prepare_jax
-from jaxmotor.fleet import simulate_rubbing
+from jaxmotor.fleet import simulate_friction
 from jaxmotor.motor import FirstOrder, Motor, Rows, simulate_motor
 from jaxmotor.motor.effects import CoulombFriction, DeadZone
 
@@ -98,7 +98,7 @@ def simulated(parameters: jax.Array, volts: jax.Array) -> jax.Array:
     gain, pole, friction, dead = parameters
     reset = jnp.zeros(volts.shape, bool).at[0].set(True)
     still = jnp.zeros_like(volts)
-    return simulate_rubbing(FirstOrder(gain, pole), friction, dead, volts, reset, still, jnp.asarray(PERIOD_S)).turn
+    return simulate_friction(FirstOrder(gain, pole), friction, dead, volts, reset, still, jnp.asarray(PERIOD_S)).turn
 
 
 @jax.jit

@@ -1,6 +1,8 @@
 """The folders tell a story, measure -> estimate -> diagnose -> present, and imports only look back."""
 
 import ast
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -53,6 +55,13 @@ def test_every_folder_has_its_place():
     assert folders <= set(LAYERS)
 
 
-def test_scipy_is_a_reference_never_a_part():
+def test_scipy_is_a_part_of_fleets_only():
+    """Elsewhere it is the tests' reference."""
     for path in PACKAGE.rglob("*.py"):
-        assert "scipy" not in {name.split(".")[0] for name in imported(path)}, path
+        assert path.parent.name == "fleet" or "scipy" not in {name.split(".")[0] for name in imported(path)}, path
+
+
+def test_no_import_waits_for_scipy():
+    """It takes a quarter of a second."""
+    code = "import sys, jaxmotor.fleet, jaxmotor.present; sys.exit('scipy.special' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

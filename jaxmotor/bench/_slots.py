@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from jaxmotor.bench._board import Board
 from jaxmotor.bench._plan import LARGEST, SMALLEST, Experiment, Plan, PlanError, Value
+from jaxmotor.bench._signals import check_order
 
 LEVEL = 128
 """Levels per duty."""
@@ -141,8 +142,7 @@ def _levels(kind: str, numbers: tuple[int, int, int]) -> tuple[int, ...]:
 
 def _check(where: str, experiment: Experiment, rig: Rig, numbers: tuple[int, int, int]) -> None:
     p = experiment.parameters
-    if experiment.kind == "prbs" and p["order"] not in (5, 6, 7, 9, 10, 11, 15):
-        raise PlanError(f"{where}: order = {p['order']} is not one of 5, 6, 7, 9, 10, 11, 15")
+    check_order(where, experiment)
     if experiment.kind == "prbs" and p["hold_ticks"] > 255:
         raise PlanError(f"{where}: hold_ticks = {p['hold_ticks']} is more than 255")
     if experiment.kind == "multisine" and (p["tones"] > rig.board.tones or p["stride"] > 127):

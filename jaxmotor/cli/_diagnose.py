@@ -6,10 +6,9 @@ from typing import Annotated, Any
 
 import typer
 
-from jaxmotor._sentences import printable
 from jaxmotor.cli._each import for_each
 from jaxmotor.cli._folder import check_names, make_folder
-from jaxmotor.cli._progress import progress
+from jaxmotor.cli._open import opened
 
 
 def diagnose_command(
@@ -38,13 +37,7 @@ def _names(text: str) -> list[str]:
 
 
 def _one(path: Path, json: bool, output: Path | None, options: dict[str, Any]) -> None:
-    with progress(f"reading {printable(path.name)}") as tell:
-        from jaxmotor.cli._runtime import prepare_jax
-        from jaxmotor.recording import read
-
-        recording = read(path)
-        tell("loading JAX")
-        prepare_jax(threads=True)
+    with opened(path, threads=True) as (recording, tell):
         from jaxmotor.cli._story import diagnosis_text
         from jaxmotor.diagnosis import diagnose, to_json
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._folder import make_folder
 
 PERIODS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)
 
@@ -89,10 +89,7 @@ def _write_figure(counts_per_rev: float, rows, speeds: list[float], folder: Path
     from jaxmotor.present import encoder, save
 
     figure = encoder(counts_per_rev, rows, speeds)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise JaxmotorError(f"{folder}: cannot be made ({error.strerror})") from error
+    make_folder(folder)
     paths = [folder / "encoder.png", folder / "encoder.svg"]
     for path in paths:
         save(figure, path)

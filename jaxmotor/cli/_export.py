@@ -2,37 +2,21 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from jaxmotor._errors import JaxmotorError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from jaxmotor.control import Hardware
     from jaxmotor.estimate import Model
     from jaxmotor.present.exports import Design
 
-
-class Format(StrEnum):
-    """What can be written."""
-
-    control = "control"
-    json = "json"
-    c = "c"
-    arduino = "arduino"
-    wpilib = "wpilib"
-    mujoco = "mujoco"
-    spice = "spice"
-
-
-class Kind(StrEnum):
-    """Of speed loops."""
-
-    p = "P"
-    pi = "PI"
+Format = Literal["control", "json", "c", "arduino", "wpilib", "mujoco", "spice"]
 
 
 def export_command(
@@ -52,7 +36,7 @@ def export_command(
         float | None, typer.Option(metavar="S", help="Of the controller; otherwise that of the recording.")
     ] = None,
     delay: Annotated[float, typer.Option(metavar="S", help="From the sample to the duty that follows from it.")] = 0.0,
-    kind: Annotated[Kind, typer.Option(help="Of the speed loop.")] = Kind.pi,
+    kind: Annotated[Literal["P", "PI"], typer.Option(help="Of the speed loop.")] = "PI",
     bandwidth: Annotated[
         float | None, typer.Option(metavar="HZ", help="Of the speed loop; otherwise as fast as is sensible.")
     ] = None,
@@ -76,36 +60,32 @@ def export_command(
     motor = read_model(model)
     rig = _rig(motor, to, counts_per_rev, supply, period, full_scale, delay)
 
-    def designed(rig: Hardware) -> Design:
+    def designed() -> Design:
+        assert rig is not None
         return exports.design(
             motor,
             rig,
-            kind=kind.value,
+            kind=kind,
             bandwidth_Hz=bandwidth,
             position_bandwidth_Hz=position_bandwidth,
             overshoot_percent=overshoot,
         )
 
-    if to is Format.arduino:
-        assert rig is not None
+    if to == "arduino":
         if output is None:
             raise JaxmotorError("an Arduino library is a folder: name it with -o")
-        exports.write_library(output, exports.to_arduino(motor, designed(rig)))
+        exports.write_library(output, exports.to_arduino(motor, designed()))
         typer.echo(f"wrote {output}; copy it into the folder libraries of your sketchbook")
         return
-    if to is Format.c:
-        assert rig is not None
-        text = exports.to_c(motor, designed(rig))
-    elif to is Format.json:
-        text = exports.to_export_json(motor, None if rig is None else designed(rig))
-    elif to is Format.control:
-        text = exports.to_python(motor, rig)
-    elif to is Format.wpilib:
-        text = exports.to_wpilib(motor, wheel_radius)
-    elif to is Format.spice:
-        text = exports.to_spice(motor, resistance_ohm=resistance)
-    else:
-        text = exports.to_mujoco(motor, inertia_kgm2=inertia, supply_V=supply)
+    writers: dict[Format, Callable[[], str]] = {
+        "control": lambda: exports.to_python(motor, rig),
+        "json": lambda: exports.to_export_json(motor, None if rig is None else designed()),
+        "c": lambda: exports.to_c(motor, designed()),
+        "wpilib": lambda: exports.to_wpilib(motor, wheel_radius),
+        "mujoco": lambda: exports.to_mujoco(motor, inertia_kgm2=inertia, supply_V=supply),
+        "spice": lambda: exports.to_spice(motor, resistance_ohm=resistance),
+    }
+    text = writers[to]()
     if output is None:
         typer.echo(text, nl=False)
         return
@@ -130,11 +110,11 @@ def _rig(
     period = model.period_s if period is None else period
     known = {"--counts-per-rev": counts_per_rev, "--supply": supply, "--period": period}
     missing = [name for name, value in known.items() if value is None]
-    if to in (Format.c, Format.arduino) and missing:
-        what = "a C header" if to is Format.c else "an Arduino library"
+    if to in ("c", "arduino") and missing:
+        what = "a C header" if to == "c" else "an Arduino library"
         raise JaxmotorError(f"{what} needs {' and '.join(missing)}: counts, volts and ticks are its units")
     if counts_per_rev is not None and supply is not None and period is not None:
         return Hardware(period, counts_per_rev, supply, full_scale, delay)
-    if to is Format.control and period is not None:
+    if to == "control" and period is not None:
         return Hardware(period, 1.0, 1.0, full_scale, delay)
     return None

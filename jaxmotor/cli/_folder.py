@@ -13,6 +13,12 @@ def make_folder(folder: Path) -> None:
         raise JaxmotorError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from error
 
 
+def check_free(output: Path, force: bool) -> None:
+    """**Raises:** `JaxmotorError` where `output` exists and is not to be replaced by `force`."""
+    if output.exists() and not force:
+        raise JaxmotorError(f"{output}: exists already; choose another name, or replace it with --force")
+
+
 def check_names(recordings: list[Path]) -> None:
     """**Raises:** `JaxmotorError` where two recordings have one name, after which their results are named."""
     stems = [path.stem for path in recordings]

@@ -1,36 +1,23 @@
 """`jaxmotor identify`: gain and pole of each recording."""
 
-import enum
 import json as json_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from jaxmotor._sentences import printable
 from jaxmotor.cli._each import for_each
 from jaxmotor.cli._folder import check_names, make_folder
-from jaxmotor.cli._progress import progress
+from jaxmotor.cli._open import opened
 
-
-class Method(enum.StrEnum):
-    """How gain and pole are found."""
-
-    exact = "exact"
-    paper = "paper"
-
-
-class Order(enum.StrEnum):
-    """Of the linear motor."""
-
-    first = "first"
-    second = "second"
+Method = Literal["exact", "paper"]
+Order = Literal["first", "second"]
 
 
 def identify_command(
     recordings: Annotated[list[Path], typer.Argument(metavar="REC.csv...", help="Recordings to identify.")],
-    method: Annotated[Method, typer.Option(help="exact, or as the paper published it.")] = Method.exact,
-    model: Annotated[Order, typer.Option(help="second adds the electrical time constant.")] = Order.first,
+    method: Annotated[Method, typer.Option(help="exact, or as the paper published it.")] = "exact",
+    model: Annotated[Order, typer.Option(help="second adds the electrical time constant.")] = "first",
     hold_out: Annotated[
         str | None,
         typer.Option(metavar="WHICH", help="Segments to leave for validation: numbers, ranges or kinds (3,7-9,step)."),
@@ -67,18 +54,13 @@ def _one(
     json: bool,
     output: Path | None,
 ) -> None:
-    with progress(f"reading {printable(path.name)}") as tell:
-        from jaxmotor.cli._runtime import prepare_jax
-        from jaxmotor.recording import chosen_segments, read
-
-        recording = read(path)
-        held_out = chosen_segments(recording, hold_out)
-        tell("loading JAX")
-        prepare_jax()
+    with opened(path) as (recording, tell):
         from jaxmotor.estimate import electrical_check, identify, to_json
+        from jaxmotor.recording import chosen_segments
 
         tell("linear fit")
-        fit = identify(recording, method=method.value, model=model.value, hold_out=held_out)
+        held_out = chosen_segments(recording, hold_out)
+        fit = identify(recording, method=method, model=model, hold_out=held_out)
         extra = []
         if resistance is not None and inductance is not None:
             extra.append(electrical_check(recording, resistance, inductance))

@@ -1,36 +1,16 @@
 """`jaxmotor import`: a log from elsewhere becomes a recording."""
 
-import enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._folder import check_free
 
 CURVE = ("supply_V", "counts_per_rev", "speed_window_s", "drive", "columns", "drop_first", "decimal_comma")
 """What else may be stated of a steady-state curve."""
-
-
-class Source(enum.StrEnum):
-    """Programs whose logs are known."""
-
-    csv = "csv"
-    sysid = "sysid"
-
-
-class Acts(enum.StrEnum):
-    """When a row's input is applied."""
-
-    after = "after"
-    before = "before"
-
-
-class Drive(enum.StrEnum):
-    """What the bridge does between pulses."""
-
-    brake = "brake"
-    coast = "coast"
+Source = Literal["csv", "sysid"]
+"""Programs whose logs are known."""
 
 
 def import_command(
@@ -56,10 +36,11 @@ def import_command(
     counts_per_rev: Annotated[float | None, typer.Option(metavar="N", help="Per turn of the output shaft.")] = None,
     speed_window: Annotated[float | None, typer.Option(metavar="S", help="Each speed is the mean over it.")] = None,
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For lengths.")] = None,
-    drive: Annotated[Drive | None, typer.Option(help="The bridge between pulses.")] = None,
+    drive: Annotated[Literal["brake", "coast"] | None, typer.Option(help="The bridge between pulses.")] = None,
     input_acts: Annotated[
-        Acts, typer.Option(help="A row's input is applied from it on (after), or was until it (before).")
-    ] = Acts.after,
+        Literal["after", "before"],
+        typer.Option(help="A row's input is applied from it on (after), or was until it (before)."),
+    ] = "after",
     columns: Annotated[
         str | None, typer.Option(metavar="NAME,NAME,...", help="Of a log without column names, all of them.")
     ] = None,
@@ -71,7 +52,7 @@ def import_command(
         float | None, typer.Option(metavar="S", help="Rows are steady states, each taken to last S seconds.")
     ] = None,
     period: Annotated[float | None, typer.Option(metavar="S", help="With --steady: the period of its ticks.")] = None,
-    source: Annotated[Source, typer.Option("--from", help="The program that wrote the log.")] = Source.csv,
+    source: Annotated[Source, typer.Option("--from", help="The program that wrote the log.")] = "csv",
     units: Annotated[str | None, typer.Option(help="sysid CSV: rotations, radians, degrees, meters, ...")] = None,
     motor: Annotated[str | None, typer.Option(help="sysid: which of several motors.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output.")] = False,
@@ -94,19 +75,17 @@ def import_command(
         "decimal_comma": decimal_comma or None,
         "counts_per_rev": counts_per_rev,
         "speed_window_s": speed_window,
-        "drive": None if drive is None else drive.value,
+        "drive": drive,
+        "input_acts": input_acts if input_acts != "after" else None,
     }
-    if input_acts is not Acts.after:
-        options["input_acts"] = input_acts.value
     given = {key: value for key, value in options.items() if value is not None}
     steady_s = {"hold_s": steady, "period_s": period}
     _check_usage(source, set(given), units, motor, steady_s)
-    if output.exists() and not force:
-        raise JaxmotorError(f"{output}: exists already; choose another name, or replace it with --force")
+    check_free(output, force)
 
     from jaxmotor.recording import import_log, import_steady, import_sysid, write
 
-    if source is Source.sysid:
+    if source == "sysid":
         recording = import_sysid(log, units=units, motor=motor, wheel_radius_m=wheel_radius)
     elif steady is not None:
         recording = import_steady(log, wheel_radius_m=wheel_radius, **steady_s, **given)
@@ -121,11 +100,11 @@ def _check_usage(
 ) -> None:
     if (steady["hold_s"] is None) != (steady["period_s"] is None):
         raise typer.BadParameter("--steady and --period belong together")
-    if steady["hold_s"] is not None and (source is Source.sysid or not _is_curve(given)):
+    if steady["hold_s"] is not None and (source == "sysid" or not _is_curve(given)):
         raise typer.BadParameter("--steady takes --input COL:UNIT and --speed COL:UNIT, and no other column")
     if steady["hold_s"] is not None:
         return
-    if source is Source.sysid:
+    if source == "sysid":
         if given:
             flags = ", ".join(sorted(map(_flag, given)))
             raise typer.BadParameter(f"a SysId log states its columns itself; leave {flags} out")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._folder import check_free
 
 
 def join_command(
@@ -14,8 +14,7 @@ def join_command(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output.")] = False,
 ) -> None:
     """Put recordings of one motor on one rig end to end, to explain them together."""
-    if output.exists() and not force:
-        raise JaxmotorError(f"{output}: exists already; choose another name, or replace it with --force")
+    check_free(output, force)
 
     from jaxmotor.recording import join, read, write
 

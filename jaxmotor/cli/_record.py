@@ -205,24 +205,20 @@ def _fit(
 
     The start of the motion is left out for a quarter of the time, at most half a second: the pole is not known yet.
     """
-    import jax
     import numpy as np
 
-    from jaxmotor.estimate import fit_phasors
-
-    with jax.enable_x64(True):
-        columns, values = np.zeros((1, ticks, 4)), np.zeros((2, ticks))
-        angle, line = 2 * np.pi * frequency * period * tick, tick / ticks - 0.5
-        columns[0, tick] = np.stack([np.sin(angle), np.cos(angle), np.ones(len(tick)), line], axis=-1)
-        values[:, tick] = count - count[0], volts
-        valid = np.zeros((1, ticks), bool)
-        valid[0, tick[tick >= min(tick[-1] // 4, round(0.5 / period))]] = True
-        turn, drive = (jax.jit(fit_phasors)(columns, row[None], valid) for row in values)
-        z = np.exp(2j * np.pi * frequency * period)
-        factor = unit * (z - 1) / period / complex(drive.phasor[0])
-        variance = max(float(turn.variance[0]), 1 / 12)
-        error = abs(factor) * math.sqrt(variance * float(np.trace(np.asarray(turn.covariance[0]))) / 2)
-        return complex(turn.phasor[0]) * factor, error
+    angle = 2 * np.pi * frequency * period * tick
+    columns = np.stack([np.sin(angle), np.cos(angle), np.ones(len(tick)), tick / ticks - 0.5], axis=-1)
+    kept = tick >= min(tick[-1] // 4, round(0.5 / period))
+    columns, values = columns[kept], np.stack([count - count[0], volts], axis=-1)[kept]
+    inverse = np.linalg.inv(columns.T @ columns)
+    coefficients = inverse @ (columns.T @ values)
+    turn, drive = coefficients[0] + 1j * coefficients[1]
+    square = ((values - columns @ coefficients)[:, 0] ** 2).sum()
+    factor = unit * (np.exp(1j * 2 * np.pi * frequency * period) - 1) / period / drive
+    variance = max(square / max(len(values) - 4, 1), 1 / 12)
+    error = abs(factor) * math.sqrt(variance * float(np.trace(inverse[:2, :2])) / 2)
+    return complex(turn * factor), float(error)
 
 
 def _where(progress: Any, *, timed: bool = True) -> str:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from jaxmotor._sentences import printable
-from jaxmotor.cli._progress import progress
+from jaxmotor.cli._open import opened
 
 
 def report_command(
@@ -25,14 +25,8 @@ def report_command(
         make_folder(output)
         typer.echo(printable(f"wrote {write_fleet_page(source, output)}"))
         return
-    with progress(f"reading {printable(source.name)}") as tell:
-        from jaxmotor.cli._runtime import prepare_jax
-        from jaxmotor.recording import read
-
-        recording = read(source)
+    with opened(source, threads=True) as (recording, tell):
         make_folder(output)
-        tell("loading JAX")
-        prepare_jax(threads=True)
         from jaxmotor.present.report import story, write_report
 
         found = story(recording, seed=seed, on_progress=lambda now: tell(now.stage))

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from jaxmotor._sentences import printable
-from jaxmotor.cli._progress import progress
+from jaxmotor.cli._open import opened
 
 if TYPE_CHECKING:
     from jaxmotor.estimate import Model
@@ -32,14 +31,7 @@ def validate_command(
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws parameters and encoder offsets.")] = 0,
 ) -> None:
     """Hold a model against data that it was not fitted to: open loop, mean of step trials, closed loop."""
-    with progress(f"reading {printable(recording.name)}") as tell:
-        from jaxmotor.recording import read
-
-        measured = read(recording)
-        from jaxmotor.cli._runtime import prepare_jax
-
-        tell("loading JAX")
-        prepare_jax()
+    with opened(recording) as (measured, tell):
         from jaxmotor.validation import to_json, validate
 
         tell("simulating the segments that were not fitted")

@@ -62,7 +62,8 @@ def _of_one_law(search: Search, found: Found) -> Found:
         return found
     last = [effect for effect in search.solver.request.asked() if effect.sought_last]
     learned = [effect for effect in last if effect.name in LEARNED]
-    _try(search, [search.linear], [start for effect in learned for start in effect.starts(search.rig)])
+    bar = FAR * own.chi2
+    _try(search, [search.linear], [start for effect in learned for start in effect.starts(search.rig)], bar)
     over = [type(effect).over for effect in own.motor.effects]
     twice = {one for one in over if one and over.count(one) > 1}
     if twice:
@@ -70,7 +71,7 @@ def _of_one_law(search: Search, found: Found) -> Found:
         for effect in own.motor.effects:
             rest = without_effect(rest, effect.name) if type(effect).over in twice else rest
         base = search.solver.fit(rest, own.speeds, COARSE)
-        _try(search, [base], [start for one in last if one.over in twice for start in one.starts(search.rig)])
+        _try(search, [base], [start for one in last if one.over in twice for start in one.starts(search.rig)], bar)
     best = search.best()
     return found if set(best.names) == set(own.names) else search.settled(best)
 
@@ -98,11 +99,12 @@ def _helps(search: Search, own: Fitted, start: AbstractEffect) -> bool:
     return max(having) > GROWS * max(weight.values())
 
 
-def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect]) -> None:
+def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect], bar: float = math.inf) -> None:
     """Fit each of `bases` with each law that `starts` are of: first those that are linear in what is fitted, whose fits
-    are short, then the others, each given up where it will not come near to the best motor."""
+    are short, given up where chi2 will not come below `bar`; then the others, given up where they will not come near
+    to the best motor."""
     short = [start for start in starts if isinstance(start, (*LEARNED.values(), AbstractStepInTime))]
-    _fit_each(search, bases, short, math.inf)
+    _fit_each(search, bases, short, bar)
     others = [start for start in starts if not any(start is one for one in short)]
     _fit_each(search, bases, others, FAR * search.best().chi2)
 

@@ -25,6 +25,7 @@ from jaxmotor.estimate._model_effects import effects_to_json as effects_to_json
 from jaxmotor.estimate._model_file import KEYS as KEYS
 from jaxmotor.estimate._model_file import SHARE as SHARE
 from jaxmotor.estimate._model_file import AnyModel as AnyModel
+from jaxmotor.estimate._model_file import linear_to_json as linear_to_json
 from jaxmotor.estimate._model_file import model_of as model_of
 from jaxmotor.estimate._model_file import model_to_json as model_to_json
 from jaxmotor.estimate._model_file import read_model as read_model

@@ -68,24 +68,10 @@ def judge(
 
     **Raises:** `JaxmotorError` where gain or pole are not determined.
     """
-    psi, model, clustered = np.asarray(solution.psi), np.asarray(errors.model), np.asarray(errors.clustered)
-    allowance = np.asarray(errors.allowance)
-    notes = []
-    if is_quiet(packed, errors):
-        covariance = np.asarray(errors.requantised)
-    else:
-        widen = np.array([student_t(float(freedom)) / 1.96 for freedom in errors.degrees_of_freedom])
-        covariance = clustered * np.outer(widen, widen)
-        if errors.clusters < FEW_CLUSTERS:
-            covariance = _larger(covariance, model)
-    # Where no more than the noise is left, its colour may look like evidence.
-    noise = packed.observation.noise
-    by_chance = max(noise.rows_per_reading, 1.0) if errors.chi2 < QUIET_CHI2 and not noise.known else 1.0
-    alone, moved = _strongest(errors)
-    if errors.evidence <= EVIDENCE * by_chance < alone:
-        allowance = moved
-    if max(errors.evidence, alone) > EVIDENCE * by_chance:
-        covariance = covariance + np.outer(allowance, allowance)
+    psi, model, notes = np.asarray(solution.psi), np.asarray(errors.model), []
+    covariance, shift = _by_residuals(packed, errors), _shift(packed, errors)
+    if shift is not None:
+        covariance = covariance + np.outer(shift, shift)
         notes.append(
             "the motor does more than a linear one (friction or a delay, if only a little, show in the data): the "
             "standard errors allow for what that may shift"
@@ -119,6 +105,26 @@ def judge(
         open_hypotheses=left_open,
         allowed=allowed,
     )
+
+
+def _by_residuals(packed: Packed, errors: Uncertainty) -> np.ndarray:
+    """The covariance of ψ that fits the residuals' nature."""
+    if is_quiet(packed, errors):
+        return np.asarray(errors.requantised)
+    widen = np.array([student_t(float(freedom)) / 1.96 for freedom in errors.degrees_of_freedom])
+    covariance = np.asarray(errors.clustered) * np.outer(widen, widen)
+    return _larger(covariance, np.asarray(errors.model)) if errors.clusters < FEW_CLUSTERS else covariance
+
+
+def _shift(packed: Packed, errors: Uncertainty) -> np.ndarray | None:
+    """(p,) how far friction or a delay moves ψ; None where the data show neither."""
+    # Where no more than the noise is left, its colour may look like evidence.
+    noise = packed.observation.noise
+    by_chance = max(noise.rows_per_reading, 1.0) if errors.chi2 < QUIET_CHI2 and not noise.known else 1.0
+    if errors.evidence > EVIDENCE * by_chance:
+        return np.asarray(errors.allowance)
+    alone, moved = _strongest(errors)
+    return moved if alone > EVIDENCE * by_chance else None
 
 
 def _strongest(errors: Uncertainty) -> tuple[float, np.ndarray]:

@@ -5,12 +5,15 @@ linear one, in the terms of `vocabulary`. A file without it is a linear motor. S
 their parameters are together with the linear ones.
 """
 
+import contextlib
 import dataclasses
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
+import jax
 import numpy as np
 
 from jaxmotor._arguments import taken
@@ -22,10 +25,10 @@ from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model import Model
 from jaxmotor.estimate._model_effects import effects_to_json, read_effects
-from jaxmotor.estimate._model_joint import Joint, joint_to_json, names_of, read_joint
+from jaxmotor.estimate._model_joint import joint_to_json, names_of, read_joint
 from jaxmotor.estimate._model_numbers import RANGES, covariance_of, in_range, is_number, numbers
 from jaxmotor.estimate._open_hypotheses import open_to_json
-from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, SecondOrder, linear_motor
+from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.prediction import noise_to_json
 
 FORMAT = 1
@@ -58,14 +61,12 @@ def model_of(given: AnyModel) -> Model:
 @in_float64
 def to_json(fit: Fit) -> dict[str, Any]:
     """`fit` as an object of plain numbers and strings."""
-    values = [float(v) for v in _parameters(fit.motor)]
-    errors = [float(v) for v in _parameters(fit.standard_error)]
     return {
         "format": FORMAT,
         "recording": Path(fit.source).name,
         "method": fit.method,
-        "model": dict(zip(KEYS, values, strict=False)) | {"voltage_offset_V": fit.offset_V},
-        "standard_error": dict(zip(KEYS, errors, strict=False)) | {"voltage_offset_V": fit.offset_standard_error_V},
+        "model": linear_to_json(fit.motor) | {"voltage_offset_V": fit.offset_V},
+        "standard_error": linear_to_json(fit.standard_error) | {"voltage_offset_V": fit.offset_standard_error_V},
         "covariance": fit.covariance.tolist(),
         **open_to_json(fit.open_hypotheses, fit.allowed),
         "fit_percent": fit.fit_percent,
@@ -90,13 +91,12 @@ def model_to_json(model: Model) -> dict[str, Any]:
 
     The linear part's standard errors are those of its covariance.
     """
-    values = [float(v) for v in _parameters(model.motor)]
     errors = np.sqrt(np.maximum(np.diag(model.covariance), 0.0)).tolist()
     others = {"voltage_offset_V": model.offset_V} | ({SHARE: model.viscous_share} if model.viscous_share else {})
     return {
         "format": FORMAT,
         "recording": model.recording,
-        "model": dict(zip(KEYS, values, strict=False)) | others,
+        "model": linear_to_json(model.motor) | others,
         "standard_error": dict(zip(KEYS, errors, strict=False)),
         "covariance": model.covariance.tolist(),
         "effects": effects_to_json(model.effects, model.effect_errors),
@@ -107,9 +107,9 @@ def model_to_json(model: Model) -> dict[str, Any]:
     }
 
 
-def _parameters(motor: AbstractLinearMotor) -> list[Any]:
-    first = [motor.gain, motor.pole]
-    return [*first, motor.electrical_time_constant] if isinstance(motor, SecondOrder) else first
+def linear_to_json(motor: AbstractLinearMotor) -> dict[str, float]:
+    """The parameters of `motor`, or errors of them in their places, by `KEYS`."""
+    return {key: float(value) for key, value in zip(KEYS, jax.tree.leaves(motor), strict=False)}
 
 
 def _response(measured: FrequencyResponse) -> dict[str, Any]:
@@ -148,38 +148,36 @@ def read_model(path: str | os.PathLike[str]) -> Model:
     share = _number(path, values, SHARE) if SHARE in values else 0.0
     if not 0 <= share < 1:
         raise JaxmotorError(f"{path}: {SHARE} is {share:g}, not a share of the pole (from 0 to less than 1)")
-    effects, errors = _effects(path, content)
+    anew = "write the model anew with jaxmotor"
+    with _in_file(path, anew):
+        effects = read_effects(content.get("effects"))
+    with _in_file(path, f"{anew} identify"):
+        covariance = covariance_of(content.get("covariance"), len(linear), "covariance")
+    with _in_file(path, f"{anew}, or leave it out"):
+        joint = read_joint(content.get(JOINT), keys, [SHARE, *names_of([each.effect for each in effects])])
     return Model(
         linear_motor(linear),
-        _covariance(path, content, len(linear)),
+        covariance,
         _number(path, values, "voltage_offset_V") if "voltage_offset_V" in values else 0.0,
         _number(path, content, "period_s") if content.get("period_s") is not None else None,
         _text(path, content, "recording"),
         frozenset(_fingerprints(path, content)),
         str(path),
-        effects,
-        errors,
+        tuple(each.effect for each in effects),
+        tuple(each.standard_error for each in effects),
         _read_response(path, content),
         share,
-        _joint(path, content, keys, effects),
+        joint,
     )
 
 
-def _effects(path: Path, content: dict[str, Any]) -> tuple[tuple[AbstractEffect, ...], tuple[dict[str, float], ...]]:
+@contextlib.contextmanager
+def _in_file(path: Path, remedy: str) -> Iterator[None]:
+    """What is wrong inside is said of the file, with what to do."""
     try:
-        read = read_effects(content.get("effects"))
+        yield
     except ValueError as error:
-        raise JaxmotorError(f"{path}: {error}; write the model anew with jaxmotor") from error
-    return tuple(each.effect for each in read), tuple(each.standard_error for each in read)
-
-
-def _joint(
-    path: Path, content: dict[str, Any], keys: tuple[str, ...], effects: tuple[AbstractEffect, ...]
-) -> Joint | None:
-    try:
-        return read_joint(content.get(JOINT), keys, [SHARE, *names_of(effects)])
-    except ValueError as error:
-        raise JaxmotorError(f"{path}: {error}; write the model anew with jaxmotor, or leave it out") from error
+        raise JaxmotorError(f"{path}: {error}; {remedy}") from error
 
 
 @in_float64
@@ -253,10 +251,3 @@ def _fingerprints(path: Path, content: dict[str, Any]) -> list[str]:
     if not isinstance(value, list) or not all(isinstance(each, str) and len(each) <= MAX_TEXT for each in value):
         raise JaxmotorError(f"{path}: fitted_fingerprints is not a list of texts; write the model anew with identify")
     return value
-
-
-def _covariance(path: Path, content: dict[str, Any], size: int) -> np.ndarray:
-    try:
-        return covariance_of(content.get("covariance"), size, "covariance")
-    except ValueError as error:
-        raise JaxmotorError(f"{path}: {error}; write the model anew with jaxmotor identify") from error

@@ -8,13 +8,13 @@ from jaxmotor.fleet._dataset import Part as Part
 from jaxmotor.fleet._dataset import open_dataset as open_dataset
 from jaxmotor.fleet._dataset import read_part as read_part
 from jaxmotor.fleet._friction import fit_friction as fit_friction
+from jaxmotor.fleet._friction_simulation import simulate_friction as simulate_friction
 from jaxmotor.fleet._identify_part import Options as Options
 from jaxmotor.fleet._parquet import write_parquet as write_parquet
 from jaxmotor.fleet._population import Population as Population
 from jaxmotor.fleet._population import population as population
 from jaxmotor.fleet._ready import Ready as Ready
 from jaxmotor.fleet._ready import ready as ready
-from jaxmotor.fleet._rubbing import simulate_rubbing as simulate_rubbing
 from jaxmotor.fleet._run import Done as Done
 from jaxmotor.fleet._run import Summary as Summary
 from jaxmotor.fleet._run import identify_fleet as identify_fleet

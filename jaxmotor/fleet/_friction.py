@@ -1,6 +1,6 @@
 """Coulomb friction and a dead zone, fitted to each motor beside gain and pole.
 
-Free simulation (`_rubbing`), residuals whitened as in the trajectory fit, and a fixed number of damped
+Free simulation (`_friction_simulation`), residuals whitened as in the trajectory fit, and a fixed number of damped
 Gauss-Newton steps: a step that does not lower the sum of squares is taken back and tried shorter. The sizes are fitted
 through their logarithms, from small ones, so that they stay positive.
 """
@@ -17,8 +17,8 @@ from jaxmotor._precision import in_float64, to_jax
 from jaxmotor._programs import Arrays, program
 from jaxmotor.estimate import solve_normal, whitened
 from jaxmotor.fleet._batch import BATCH, Identified, in_turn, problem_in
+from jaxmotor.fleet._friction_simulation import simulate_friction
 from jaxmotor.fleet._ready import Key, Ready, stack
-from jaxmotor.fleet._rubbing import simulate_rubbing
 from jaxmotor.motor import FirstOrder
 from jaxmotor.prediction import Problem, start_columns
 
@@ -34,7 +34,7 @@ PROCESS_RANGE = (-8.0, 4.0)
 Residual = Callable[[Float[Array, " p"]], Float[Array, "lane row"]]
 
 
-class Rubbing(NamedTuple):
+class FrictionFit(NamedTuple):
     """A motor with Coulomb friction and a dead zone."""
 
     gain: float
@@ -52,7 +52,7 @@ class Rubbing(NamedTuple):
 
 
 @in_float64
-def fit_friction(motors: list[Ready], found: list[Identified]) -> list[Rubbing | None]:
+def fit_friction(motors: list[Ready], found: list[Identified]) -> list[FrictionFit | None]:
     """Friction and dead zone of each of `motors`, at most `BATCH` of one key; None where rows have a speed window.
 
     It starts from what `identify_batch` has `found` of them.
@@ -71,15 +71,17 @@ def fit_friction(motors: list[Ready], found: list[Identified]) -> list[Rubbing |
     count = to_jax(np.int32(len(motors)))
     results = friction_program(to_jax(arrays), key, count, jax.default_backend() != "cpu")
     numbers = {name: np.asarray(value) for name, value in results.items()}
-    return [_rubbing(numbers["psi"][k], numbers["error"][k], float(numbers["chi2"][k])) for k in range(len(motors))]
+    return [
+        _friction_fit(numbers["psi"][k], numbers["error"][k], float(numbers["chi2"][k])) for k in range(len(motors))
+    ]
 
 
-def _rubbing(psi: np.ndarray, error: np.ndarray, chi2: float) -> Rubbing | None:
+def _friction_fit(psi: np.ndarray, error: np.ndarray, chi2: float) -> FrictionFit | None:
     if not (np.isfinite(psi).all() and np.isfinite(error).all()):
         return None
     pole, friction, dead_zone = np.exp(psi[2:]).tolist()
     scale = np.array([1.0, pole, friction, dead_zone])
-    return Rubbing(float(psi[0]), pole, friction, dead_zone, error[[0, 2, 3, 4]] * scale, chi2)
+    return FrictionFit(float(psi[0]), pole, friction, dead_zone, error[[0, 2, 3, 4]] * scale, chi2)
 
 
 @program
@@ -165,6 +167,6 @@ def _left(psi: Float[Array, " p"], problem: Problem, arrays: Arrays) -> Float[Ar
     # After a lost tick, the speed that the linear motor had there; what that is off by is projected out.
     speed = jnp.asarray(lanes.free) * arrays["initial_speed"][lanes.piece]
     motor, reset, duration = FirstOrder(psi[0], pole), jnp.asarray(lanes.reset), jnp.asarray(lanes.duration)
-    run = simulate_rubbing(motor, friction, dead_zone, volts.T, reset.T, speed.T, duration)
+    run = simulate_friction(motor, friction, dead_zone, volts.T, reset.T, speed.T, duration)
     shown = (run.turn if problem.kind == "turn" else run.speed).T / problem.unit
     return jnp.where(jnp.asarray(lanes.valid), jnp.asarray(lanes.observed) - shown, 0.0)

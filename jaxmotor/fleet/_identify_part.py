@@ -7,7 +7,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor.fleet._batch import BATCH, Identified, Started, results_of, start_batch
 from jaxmotor.fleet._dataset import Entry, Part, read_part
 from jaxmotor.fleet._diagnosed import diagnosis_columns
-from jaxmotor.fleet._friction import Rubbing, fit_friction
+from jaxmotor.fleet._friction import FrictionFit, fit_friction
 from jaxmotor.fleet._ready import Key, Ready, problem_of, ready
 from jaxmotor.fleet._table import Row, row_of
 
@@ -119,15 +119,15 @@ def _ended(running: _Running, options: Options) -> list[_Done]:
 def _batch(group: list[_Waiting], started: Started, options: Options) -> list[_Done]:
     results = results_of(started)
     good = [(one, found) for one, found in zip(group, results, strict=True) if isinstance(found, Identified)]
-    rubbing: dict[int, Rubbing | None] = {}
+    friction: dict[int, FrictionFit | None] = {}
     if options.friction and good:
         fits = fit_friction([one.ready for one, _ in good], [found for _, found in good])
-        rubbing = {one.order: fit for (one, _), fit in zip(good, fits, strict=True)}
+        friction = {one.order: fit for (one, _), fit in zip(good, fits, strict=True)}
     rows = []
     for one, found in zip(group, results, strict=True):
         if isinstance(found, JaxmotorError):
             row = row_of(one.entry, None, str(found))
         else:
-            row = row_of(one.entry, found, "", rubbing.get(one.order))
+            row = row_of(one.entry, found, "", friction.get(one.order))
         rows.append(_Done(one.order, one.entry, row))
     return rows

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.fleet._outside import farthest
+from jaxmotor.fleet._outlier_limits import farthest
 from jaxmotor.fleet._random_effects import random_effects
-from jaxmotor.fleet._robust import chi_square_quantile, robust
+from jaxmotor.fleet._robust import robust
 
 LEAST = 5
 """Motors for each parameter, below which a spread says nothing."""
@@ -206,11 +206,13 @@ def _as_many(covariances: np.ndarray) -> float:
 
 def _surely_inside(estimates: np.ndarray) -> np.ndarray:
     """(m,) whether a motor lies in the midst of them: at least half do."""
+    from scipy.special import chdtri
+
     number, size = estimates.shape
     centre, shape = robust(estimates)
     square = _distance(estimates - centre, np.broadcast_to(shape, (number, size, size))) ** 2
     half = np.sort(square)[(number + size + 1) // 2 - 1]
-    return square <= max(half, chi_square_quantile(WELL_WITHIN, size))
+    return square <= max(half, chdtri(size, 1 - WELL_WITHIN))  # a quantile of chi-square
 
 
 def _of_those(inside: np.ndarray, estimates: np.ndarray, errors: np.ndarray) -> Common:

@@ -4,9 +4,6 @@ Rousseeuw and Van Driessen, "A fast algorithm for the minimum covariance determi
 """
 
 import numpy as np
-from jax.scipy.special import gammainc
-
-from jaxmotor._precision import in_float64
 
 STARTS, STEPS = 50, 30
 """Random subsets to start from, and the most concentration steps from each."""
@@ -20,6 +17,8 @@ def robust(points: np.ndarray, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     Of half of the points, the set with the smallest determinant, by concentration steps from random starts; scaled to
     be right for normal points, then once more from all points within the 97.5 % quantile.
     """
+    from scipy.special import chdtr, chdtri
+
     number, size = points.shape
     half = (number + size + 1) // 2
     rng = np.random.default_rng(seed)
@@ -33,10 +32,11 @@ def robust(points: np.ndarray, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     )
     centre, covariance = units[chosen].mean(0), _covariance(units[chosen])
     middle = np.median(_squares(units, centre, covariance))
-    covariance = covariance * (middle if middle > 0 else 1.0) / chi_square_quantile(0.5, size)
-    limit = chi_square_quantile(0.975, size)
+    # `chdtri` is the chi-square value that this share lies above, `chdtr` the share below a value.
+    covariance = covariance * (middle if middle > 0 else 1.0) / chdtri(size, 0.5)
+    limit = chdtri(size, 0.025)
     kept = units[_squares(units, centre, covariance) <= limit]
-    covariance = _covariance(kept) * 0.975 / chi_square_cdf(limit, size + 2)
+    covariance = _covariance(kept) * 0.975 / chdtr(size + 2, limit)
     return kept.mean(0) * scale + np.median(points, axis=0), covariance * np.outer(scale, scale)
 
 
@@ -59,18 +59,3 @@ def _covariance(points: np.ndarray) -> np.ndarray:
 def _squares(points: np.ndarray, centre: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     away = points - centre
     return np.einsum("mi,ij,mj->m", away, np.linalg.inv(covariance), away)
-
-
-@in_float64
-def chi_square_cdf(value: float, freedom: int) -> float:
-    """Share of chi-square with `freedom` below `value`."""
-    return float(gammainc(freedom / 2, value / 2))
-
-
-def chi_square_quantile(share: float, freedom: int) -> float:
-    """Below which `share` of chi-square with `freedom` lies, by bisection."""
-    low, high = 0.0, 10.0 * freedom + 100.0
-    for _ in range(200):
-        middle = (low + high) / 2
-        low, high = (middle, high) if chi_square_cdf(middle, freedom) < share else (low, middle)
-    return (low + high) / 2

@@ -18,7 +18,7 @@ from jaxmotor._files import write_text
 from jaxmotor.fleet._dataset import DIAGNOSED_PER_PART, Dataset, Part, open_dataset
 from jaxmotor.fleet._extra import needs
 from jaxmotor.fleet._identify_part import Options, identify_part
-from jaxmotor.fleet._table import join, read_about, write_rows
+from jaxmotor.fleet._table import doubled_names, join, read_about, write_rows
 
 FORMAT = 1
 PLAN = "plan.json"
@@ -87,7 +87,7 @@ def identify_fleet(
     data = open_dataset(dataset, DIAGNOSED_PER_PART if options.diagnose else None)
     about = _about(data, options)
     if _in_the_way(target, about):
-        return _summary(target)._replace(skipped=data.skipped)
+        return _summary(target, data.skipped)
     folder = _parts_folder(target, about)
     tasks = [
         Task(number, part, options, str(folder / f"part-{number:06d}.parquet"), about)
@@ -103,9 +103,9 @@ def identify_fleet(
     for number, motors, problems in _results(missing, cluster, workers):
         if progress is not None:
             progress(Done(number, motors, problems, len(tasks), False))
-    counts = join([Path(task.file) for task in tasks], target, about)
+    join([Path(task.file) for task in tasks], target, about)
     shutil.rmtree(folder, ignore_errors=True)
-    return Summary(target, **counts, skipped=data.skipped)
+    return _summary(target, data.skipped)
 
 
 def do_task(task: Task) -> tuple[int, int, int]:
@@ -184,7 +184,6 @@ def _counts(file: Path) -> tuple[int, int]:
     return len(problems), len(problems) - problems.null_count
 
 
-def _summary(target: Path) -> Summary:
+def _summary(target: Path, skipped: tuple[str, ...]) -> Summary:
     motors, problems = _counts(target)
-    names = needs("pyarrow.parquet").read_table(target, columns=["motor"]).column("motor").to_pylist()
-    return Summary(target, motors, problems, len(names) - len(set(names)))
+    return Summary(target, motors, problems, len(doubled_names([target])), skipped)

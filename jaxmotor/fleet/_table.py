@@ -15,7 +15,7 @@ from jaxmotor.fleet._batch import Identified
 from jaxmotor.fleet._dataset import Entry
 from jaxmotor.fleet._diagnosed import DIAGNOSIS_NUMBERS, DIAGNOSIS_TEXTS, EFFECTS
 from jaxmotor.fleet._extra import needs
-from jaxmotor.fleet._friction import Rubbing
+from jaxmotor.fleet._friction import FrictionFit
 
 Row = dict[str, Any]
 
@@ -46,15 +46,15 @@ KEY = b"jaxmotor fleet"
 """Metadata of a file of results: what they are the results of, as JSON."""
 
 
-def row_of(entry: Entry, found: Identified | None, problem: str, rubbing: Rubbing | None = None) -> Row:
+def row_of(entry: Entry, found: Identified | None, problem: str, friction: FrictionFit | None = None) -> Row:
     """One motor's row; where there is a `problem` its numbers are missing."""
     row: Row = {"motor": entry.motor, "source": entry.source, "problem": problem or None}
     row |= dict.fromkeys((*NUMBERS, *FRICTION_NUMBERS))
     row["notes"] = [] if found is None else list(found.notes)
     if found is not None:
         row |= dict(zip(NUMBERS, _numbers(found), strict=True))
-    if rubbing is not None:
-        row |= dict(zip(FRICTION_NUMBERS, plain(rubbing.numbers()), strict=True))
+    if friction is not None:
+        row |= dict(zip(FRICTION_NUMBERS, plain(friction.numbers()), strict=True))
     return row
 
 
@@ -91,29 +91,26 @@ def read_about(path: Path) -> Mapping[str, Any] | None:
         return None
 
 
-def join(parts: list[Path], path: Path, about: Mapping[str, Any]) -> dict[str, int]:
-    """All `parts` in one file, row group by row group, a note added where two motors have one name.
-
-    Returns the number of `motors`, of those with `problems`, and of `doubled` names.
-    """
-    arrow, parquet = needs("pyarrow"), needs("pyarrow.parquet")
-    seen: set[str] = set()
-    twice: set[str] = set()
-    for part in parts:
-        for name in parquet.read_table(part, columns=["motor"]).column("motor").to_pylist():
+def doubled_names(files: Iterable[Path]) -> set[str]:
+    """Names that more than one motor of the results in `files` has."""
+    parquet, seen, twice = needs("pyarrow.parquet"), set(), set()
+    for file in files:
+        for name in parquet.read_table(file, columns=["motor"]).column("motor").to_pylist():
             (twice if name in seen else seen).add(name)
-    counts = {"motors": 0, "problems": 0, "doubled": len(twice)}
-    schema = _schema(about)
+    return twice
+
+
+def join(parts: list[Path], path: Path, about: Mapping[str, Any]) -> None:
+    """All `parts` in one file, row group by row group, a note added where two motors have one name."""
+    arrow, parquet = needs("pyarrow"), needs("pyarrow.parquet")
+    twice, schema = doubled_names(parts), _schema(about)
     with replacing(path) as whole, parquet.ParquetWriter(whole, schema, compression="zstd") as writer:
         for part in parts:
             rows = parquet.read_table(part).to_pylist()
             for row in rows:
                 if row["motor"] in twice:
                     row["notes"] = [*row["notes"], "another motor of this data set has this name: see their sources"]
-                counts["motors"] += 1
-                counts["problems"] += row["problem"] is not None
             writer.write_table(arrow.Table.from_pylist(rows, schema=schema))
-    return counts
 
 
 def read_results(path: Path) -> dict[str, np.ndarray]:

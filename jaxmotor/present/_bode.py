@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator
 
 from jaxmotor._precision import in_float64
 from jaxmotor.estimate import Fit, FrequencyResponse
@@ -33,6 +33,7 @@ from jaxmotor.present._style import (
     frequency_axis,
     legend_above,
     panels,
+    plain_numbers,
     styled,
 )
 from jaxmotor.present._zoh import decibel, degrees
@@ -97,8 +98,7 @@ def bode(frequency_response: FrequencyResponse, *, axes: OnAxes = None) -> Figur
     width.set(yscale="log", ylabel="Half-width\n(95 %)", xlabel="Frequency (Hz)")
     low, high = width.get_ylim()
     width.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if high < 100 * low else (1.0,), numticks=MOST_TICKS))
-    width.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    width.yaxis.set_minor_formatter(NullFormatter())
+    plain_numbers(width.yaxis)
     legend_above(width)
     legend_above(gain, columns=3)
     frequency_axis(width)

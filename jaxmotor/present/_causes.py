@@ -7,10 +7,21 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator
 
 from jaxmotor.diagnosis import Diagnosis
-from jaxmotor.present._style import BLACK, BLUE, GREY, SILVER, VERMILLION, OnAxes, heading, panels, styled
+from jaxmotor.present._style import (
+    BLACK,
+    BLUE,
+    GREY,
+    SILVER,
+    VERMILLION,
+    OnAxes,
+    heading,
+    panels,
+    plain_numbers,
+    styled,
+)
 from jaxmotor.words import named, odds, percent, plainly
 
 LINEAR, NAMED, ALTERNATIVE = (
@@ -40,8 +51,7 @@ def causes(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     ax.set_xscale("log")
     ax.set_xlim(0.9 * min(*values, 1.0), 2.0 * max(*values, 1.5))
     ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if max(values) < 50 else (1.0,)))
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.xaxis.set_minor_formatter(NullFormatter())
+    plain_numbers(ax.xaxis)
     ax.set_xlabel("Drift chi2 per sample of held-out data")
     floor = "the encoder's rounding" if diagnosis.fit.floor_known else "the noise"
     same = "; * indistinguishable" if any("*" in one.name for one in bars) else ""

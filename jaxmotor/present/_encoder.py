@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from jaxmotor.bench import SpeedResolution, speed_resolution
 from jaxmotor.present._style import (
@@ -18,6 +17,7 @@ from jaxmotor.present._style import (
     heading,
     legend_above,
     panels,
+    plain_numbers,
     styled,
 )
 
@@ -57,7 +57,7 @@ def _against_period(ax, counts_per_rev: float | int, rows: Sequence[SpeedResolut
         ax.annotate(f"{value:.3g}", (1e3 * period, value), xytext=(3, 3), textcoords="offset points", fontsize=7)
     ax.set(xscale="log", yscale="log", xlabel="Sampling period (ms)", ylabel="Speed error (rpm)")
     legend_above(ax, columns=1)
-    _plain_numbers(ax)
+    plain_numbers(ax.xaxis, ax.yaxis)
 
 
 def _against_speed(ax, rows: Sequence[SpeedResolution], speeds_rad_s: Sequence[float]) -> None:
@@ -74,10 +74,4 @@ def _against_speed(ax, rows: Sequence[SpeedResolution], speeds_rad_s: Sequence[f
         ax.plot(marked, 100 * row.resolution_rpm / marked, linestyle="none", marker="o", color=color, markersize=3)
     ax.set(xscale="log", yscale="log", xlabel="Speed (rpm)", ylabel="Error of one count (%)")
     ax.margins(x=0.08)
-    _plain_numbers(ax)
-
-
-def _plain_numbers(ax) -> None:
-    for axis in (ax.xaxis, ax.yaxis):
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
+    plain_numbers(ax.xaxis, ax.yaxis)

@@ -30,21 +30,19 @@ def write_fit(fit: Fit, recording: Recording, folder: Path) -> list[Path]:
     stem = Path(recording.name).stem
     model = folder / f"{stem}.json"
     write_text(model, json.dumps(to_json(fit), indent=2) + "\n")
-    return [model, *_write({f"{stem}-{name}": figure for name, figure in fit_figures(fit, recording).items()}, folder)]
+    return [model, *_write(fit_figures(fit, recording), folder, stem)]
 
 
 def write_validation(validation: Validation, recording: Recording, folder: Path) -> list[Path]:
     """Write the figures of `validation` (`NAME-*.png`) into `folder`, and return their paths."""
-    stem = Path(recording.name).stem
-    figures = validation_figures(validation, recording)
-    return _write({f"{stem}-{name}": figure for name, figure in figures.items()}, folder)
+    return _write(validation_figures(validation, recording), folder, Path(recording.name).stem)
 
 
 def write_diagnosis(diagnosis: Diagnosis, recording: Recording, folder: Path) -> list[Path]:
     """Write the figures of `diagnosis` (`NAME-*.png`), and where effects were named the extended model
     (`NAME-extended.json`) and plans of what to record next (`NAME-next-1.toml`), and return their paths."""
     stem = Path(recording.name).stem
-    written = _write({f"{stem}-{name}": figure for name, figure in diagnosis_figures(diagnosis).items()}, folder)
+    written = _write(diagnosis_figures(diagnosis), folder, stem)
     if diagnosis.named:
         content = json.dumps(model_to_json(extended_model(diagnosis)), indent=2)
         written.append(_text(folder / f"{stem}-extended.json", content + "\n"))
@@ -122,8 +120,8 @@ def _text(path: Path, text: str) -> Path:
     return path
 
 
-def _write(figures: dict[str, Figure], folder: Path) -> list[Path]:
-    paths = [folder / f"{name}.png" for name in figures]
+def _write(figures: dict[str, Figure], folder: Path, stem: str) -> list[Path]:
+    paths = [folder / f"{stem}-{name}.png" for name in figures]
     for path, figure in zip(paths, figures.values(), strict=True):
         save(figure, path)
     return paths

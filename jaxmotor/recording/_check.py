@@ -52,7 +52,7 @@ def check_input(recording: Recording) -> None:
 
 def check_output(recording: Recording) -> None:
     """**Raises:** `RecordingError` where the shaft never moved, or its speed never changed."""
-    shafts = [_shaft(segment) for segment in recording.segments]
+    shafts = [segment.shaft for segment in recording.segments]
     if recording.measured == "speed":
         level, still = shafts[0][0], np.ptp(np.concatenate(shafts)) == 0
         if still and level != 0:
@@ -199,13 +199,6 @@ def lost_ticks(segment: Segment) -> int:
     return int(segment.tick[-1] - segment.tick[0]) + 1 - len(segment)
 
 
-def _shaft(segment: Segment) -> np.ndarray:
-    for column in (segment.count, segment.angle_rad, segment.speed_rad_s):
-        if column is not None:
-            return column
-    raise RecordingError("a segment has no count, angle_rad or speed_rad_s; one of them must be logged")
-
-
 def _nyquist_Hz(recording: Recording, segment: Segment) -> float:
     if recording.period_s is not None:
         return 0.5 / recording.period_s
@@ -242,5 +235,6 @@ def _repeating(turns_per_row: float, rows: int) -> int:
 
 def _speed(recording: Recording, segment: Segment) -> np.ndarray:
     """(n - 1,) speed from each row to the next, in whatever unit."""
-    shaft = _shaft(segment)
-    return shaft[1:] if recording.measured == "speed" else np.diff(shaft) / np.diff(segment.time_s)
+    if recording.measured == "speed":
+        return segment.shaft[1:]
+    return np.diff(segment.shaft) / np.diff(segment.time_s)

@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
-from jaxmotor.recording._text import fault
+from jaxmotor.recording._text import NUMBER, fault
 
 MAX_TICK = 20_000_000
 INTEGERS = {"segment": 10**6, "tick": MAX_TICK, "duty": 10**12, "count": 2**62}
@@ -20,7 +20,6 @@ SPARSE = ("supply_mV",)
 CHOICES = (("tick", "time_s"), ("duty", "volts"), ("count", "angle_rad", "speed_rad_s"))
 
 _INTEGER = re.compile(r"[+-]?[0-9]+")
-_REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 def parse_names(line: str, source: str, number: int) -> list[str]:
@@ -29,21 +28,28 @@ def parse_names(line: str, source: str, number: int) -> list[str]:
     **Raises:** `RecordingError` where one is missing, doubled, or excludes another.
     """
     names = [name.strip() for name in line.split(",")]
-    if all(_REAL.fullmatch(name) for name in names):
+    if all(NUMBER.fullmatch(name) for name in names):
         raise fault(source, number, "numbers where the column names are expected; put a line such as segment,tick,...")
     doubled = [name for name in names if names.count(name) > 1]
     if "" in names or doubled:
         what = f"column {shown(doubled[0])} stands twice" if doubled and doubled[0] else "a column has no name"
         raise fault(source, number, f"{what}; name each column once")
+    if wrong := wrong_names(names):
+        raise fault(source, number, wrong)
+    return names
+
+
+def wrong_names(names: list[str]) -> str:
+    """What is missing among the column `names`, or excludes each other; empty where nothing does."""
     if "segment" not in names:
-        raise fault(source, number, f"column 'segment' is missing; columns are {', '.join(map(shown, names))}")
+        return f"column 'segment' is missing; columns are {', '.join(map(shown, names))}"
     for choice in CHOICES:
         given = [name for name in choice if name in names]
         if not given:
-            raise fault(source, number, f"one of the columns {', '.join(choice)} is needed; none is there")
+            return f"one of the columns {', '.join(choice)} is needed; none is there"
         if len(given) > 1:
-            raise fault(source, number, f"the columns {' and '.join(given)} exclude each other; keep one")
-    return names
+            return f"the columns {' and '.join(given)} exclude each other; keep one"
+    return ""
 
 
 def parse_rows(body: str, names: list[str], source: str, first: int) -> dict[str, np.ndarray]:
@@ -119,7 +125,7 @@ def _cell_fault(name: str, cell: str) -> str:
         return _beyond(name, cell)
     if name in SPARSE and cell == "nan":
         return ""
-    if name in FLOATS and not _REAL.fullmatch(cell):
+    if name in FLOATS and not NUMBER.fullmatch(cell):
         return f"{name} is {shown(cell)}, not a finite number; correct or delete the row"
     return ""
 

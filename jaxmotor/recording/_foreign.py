@@ -1,10 +1,8 @@
 """Brings a log from elsewhere in: a CSV with time stamps, an input and a shaft, all units stated."""
 
-import contextlib
 import dataclasses
 import itertools
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,6 +14,7 @@ from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._supply import supplied
 from jaxmotor.recording._table import Table, read_table
+from jaxmotor.recording._text import about_log
 from jaxmotor.recording._units import Input, Scale, split_input, split_time, split_unit
 
 MAX_LABELS = 10_000
@@ -74,34 +73,22 @@ def import_log(
     supply_V, speed_window_s = positive(supply_V, "--supply"), _window(speed_window_s)
     if supply_unknown and (supply_V is not None or supply is not None):
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
-    if drop_first < 0:
-        raise RecordingError(f"--drop-first is {drop_first}; it is a number of rows")
-    table = path
-    if not isinstance(table, Table):
-        table = read_table(Path(table), columns=columns, drop=drop_first, decimal_comma=decimal_comma)
+    table = path if isinstance(path, Table) else _opened(Path(path), columns, drop_first, decimal_comma)
     names = list(table.cells)
-    with _about(table.source):
+    with about_log(table.source):
         table, bounds, labels = _segments(table, segment, drop_first)
         stamps = _stamps(table, *split_time(time, names))
         _check_time(table, stamps[0], bounds)
         stated_input = split_input(input, names)
-        if supply_unknown and stated_input.full_scale is None:
-            raise RecordingError("the input is in volts, so no supply is asked for; leave --supply-unknown out")
         measured = None if supply is None else _supply(table, supply, names)
-        nominal_V = UNKNOWN_V if supply_unknown else supply_V
-        if nominal_V is None and measured is not None:
-            nominal_V = float(measured[np.isfinite(measured)][0])
+        nominal_V = _nominal(stated_input, measured, supply_V, supply_unknown)
         log, bounds = _read_log(
             table, bounds, stamps, stated_input, shaft, scale, nominal_V, measured, input_acts == "before"
         )
     stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "pulses": pulses}
     stated |= {"wrap": None if wrap is None else str(wrap), "segment": segment, "supply": supply, "columns": columns}
     missing = len(table) - len(log.stamps[0])
-    header: dict[str, Any] = {
-        "imported": _how(Path(table.source), input_acts, stated) | ({"missing_rows": missing} if missing else {})
-    }
-    if supply_unknown:
-        header["supply_unknown"] = True
+    imported = _how(Path(table.source), input_acts, stated) | ({"missing_rows": missing} if missing else {})
     recording = assemble(
         log,
         bounds,
@@ -113,7 +100,7 @@ def import_log(
         supply_V=nominal_V,
         speed_window_s=speed_window_s,
         drive=drive,
-        header=header,
+        header={"imported": imported} | ({"supply_unknown": True} if supply_unknown else {}),
     )
     # What was counted in a row that is missing is lost.
     lost = pulses is not None and (missing or any(map(lost_ticks, recording.segments)))
@@ -121,21 +108,25 @@ def import_log(
     return supplied(recording, scaled=supply_V is not None)
 
 
+def _opened(path: Path, columns: str | None, drop_first: int, decimal_comma: bool) -> Table:
+    if drop_first < 0:
+        raise RecordingError(f"--drop-first is {drop_first}; it is a number of rows")
+    return read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma)
+
+
+def _nominal(stated: Input, measured: np.ndarray | None, supply_V: float | None, unknown: bool) -> float | None:
+    """The supply [V] of which duties are shares: stated, or else the first that was `measured`."""
+    if unknown and stated.full_scale is None:
+        raise RecordingError("the input is in volts, so no supply is asked for; leave --supply-unknown out")
+    if unknown:
+        return UNKNOWN_V
+    return supply_V if supply_V is not None or measured is None else float(measured[np.isfinite(measured)][0])
+
+
 def _how(path: Path, input_acts: str, stated: dict[str, str | None]) -> dict[str, Any]:
     """The log and how it was read, for the header: only what was stated."""
     acts = {} if input_acts == "after" else {"input_acts": input_acts}
     return {"log": path.name} | acts | {key: value for key, value in stated.items() if value is not None}
-
-
-@contextlib.contextmanager
-def _about(source: str) -> Iterator[None]:
-    """Errors inside say which log they are about."""
-    try:
-        yield
-    except RecordingError as error:
-        if str(error).startswith(source):
-            raise
-        raise RecordingError(f"{source}: {error}") from error
 
 
 def positive(value: float | int | None, flag: str) -> float | None:

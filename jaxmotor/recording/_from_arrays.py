@@ -1,8 +1,9 @@
 """A recording from arrays or from a data frame, read as `import_log` reads a log of these columns."""
 
+import contextlib
 import dataclasses
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -57,20 +58,14 @@ def from_arrays(
         },
     )
     has = table.cells.keys()
-    if len(has & {"volts", "duty"}) != 1 or len(has & {"counts", "angle_rad", "speed_rad_s"}) != 1:
-        wanted = "exactly one of volts and duty, and exactly one of counts, angle_rad and speed_rad_s"
-        raise RecordingError(f"{name}: give {wanted}; given are {', '.join(sorted(has - {'segment'}))}")
-    if duty is not None and duty_full_scale is None:
-        raise RecordingError(f"{name}: duty needs duty_full_scale, the duty that means the whole supply")
-    number = int(table.cells["segment"][-1]) + 1
+    _check_columns(set(has), duty_full_scale, name)
     stated = {"kind": kind, "parameters": parameters or {}} | ({} if at_rest is None else {"at_rest": at_rest})
-    each = {key: _each(key, value, number, name) for key, value in stated.items()}
-    about = [dict(zip(each, own, strict=True)) for own in zip(*each.values(), strict=True)]
-    header = [own | {"start_s": 0.0} | taken(own["parameters"], dict, "a dict of parameters") for own in about]
+    about = _segments(stated, int(table.cells["segment"][-1]) + 1, name)
+    header = [own | {"start_s": 0.0} | own["parameters"] for own in about]
     for own in header:
         del own["parameters"]
     header_of({"drive": drive or "brake", "segment": header}, f"{name}, as a header")
-    try:
+    with _in_own_words(name):
         recording = import_log(
             table,
             time="time_s",
@@ -87,9 +82,6 @@ def from_arrays(
             drive=drive,
             input_acts=input_acts,
         )
-    except RecordingError as error:
-        text = re.sub("--([a-z-]+)", lambda flag: flag[1].replace("-", "_"), str(error))
-        raise RecordingError(text.replace(f"{name}, line ", f"{name}, row ", 1)) from None
     header = {key: value for key, value in recording.header.items() if key != "imported"}
     segments = [dataclasses.replace(one, **about[int(one.parameters["label"])]) for one in recording.segments]
     return dataclasses.replace(recording, segments=tuple(segments), header=header)
@@ -120,6 +112,33 @@ def from_dataframe(
     cuts = np.flatnonzero(labels[1:] != labels[:-1]) + 1
     given: dict[str, Any] = {key: np.split(np.asarray(frame[columns[key]]), cuts) for key in wanted}
     return from_arrays(time_s=np.split(time, cuts), name=name, **columns | given)
+
+
+def _check_columns(given: set[str], duty_full_scale: float | int | None, name: str) -> None:
+    if len(given & {"volts", "duty"}) != 1 or len(given & {"counts", "angle_rad", "speed_rad_s"}) != 1:
+        wanted = "exactly one of volts and duty, and exactly one of counts, angle_rad and speed_rad_s"
+        raise RecordingError(f"{name}: give {wanted}; given are {', '.join(sorted(given - {'segment'}))}")
+    if "duty" in given and duty_full_scale is None:
+        raise RecordingError(f"{name}: duty needs duty_full_scale, the duty that means the whole supply")
+
+
+@contextlib.contextmanager
+def _in_own_words(name: str) -> Iterator[None]:
+    """Errors inside speak of arguments and rows, not of options and lines."""
+    try:
+        yield
+    except RecordingError as error:
+        text = re.sub("--([a-z-]+)", lambda flag: flag[1].replace("-", "_"), str(error))
+        raise RecordingError(text.replace(f"{name}, line ", f"{name}, row ", 1)) from None
+
+
+def _segments(stated: dict[str, Any], number: int, name: str) -> list[dict[str, Any]]:
+    """What is `stated` of all segments, or of each, by segment."""
+    each = {key: _each(key, value, number, name) for key, value in stated.items()}
+    about = [dict(zip(each, own, strict=True)) for own in zip(*each.values(), strict=True)]
+    for own in about:
+        taken(own["parameters"], dict, "a dict of parameters")
+    return about
 
 
 def _table(name: str, columns: Mapping[str, Column]) -> Table:

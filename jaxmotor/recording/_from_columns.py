@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxmotor._sentences import shown
-from jaxmotor.recording._columns import CHOICES, FLOATS, INTEGERS, SPARSE
+from jaxmotor.recording._columns import FLOATS, INTEGERS, SPARSE, wrong_names
 from jaxmotor.recording._header import FORMAT, Header, parse_header
 from jaxmotor.recording._read import assemble, check_needs
 from jaxmotor.recording._recording import Recording, RecordingError
@@ -37,29 +36,16 @@ def from_columns(header: Header, columns: Mapping[str, np.ndarray], source: str)
     **Raises:** `RecordingError`, as `read`.
     """
     names = list(columns)
-    _check_names(names, source)
+    if wrong := wrong_names(names):
+        raise RecordingError(f"{source}: {wrong}")
     limit_rows(len(columns["segment"]), source)
-    known = {name: _numbers(name, column, source) for name, column in columns.items() if _is_known(name)}
+    known = {name: _numbers(name, column, source) for name, column in columns.items() if name in INTEGERS | FLOATS}
     own, known["segment"] = _own_segments(header, known["segment"], source)
     check_needs(own, names)
     try:
         return assemble(own, known, 1)
     except RecordingError as error:
         raise RecordingError(str(error).replace(f"{source}, line ", f"{source}, row ", 1)) from None
-
-
-def _is_known(name: str) -> bool:
-    return name in INTEGERS or name in FLOATS
-
-
-def _check_names(names: list[str], source: str) -> None:
-    if "segment" not in names:
-        raise RecordingError(f"{source}: column 'segment' is missing; columns are {', '.join(map(shown, names))}")
-    for choice in CHOICES:
-        given = [name for name in choice if name in names]
-        if len(given) != 1:
-            what = f"the columns {' and '.join(given)} exclude each other; keep one" if given else ""
-            raise RecordingError(f"{source}: {what or 'one of the columns ' + ', '.join(choice) + ' is needed'}")
 
 
 def _numbers(name: str, column: np.ndarray, source: str) -> np.ndarray:

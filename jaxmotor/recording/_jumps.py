@@ -31,7 +31,7 @@ def check_jumps(recording: Recording) -> None:
     # One pass over all segments: from the last row of one to the first of the next is no motion, but a border.
     ends = np.cumsum([len(segment) for segment in recording.segments]).tolist()
     borders = np.array(ends[:-1], int) - 1
-    jump = np.diff(np.concatenate([_shaft(segment) for segment in recording.segments]))
+    jump = np.diff(np.concatenate([segment.shaft for segment in recording.segments]))
     motion = jump / np.maximum(_elapsed(recording, ends), 1.0)
     motion[borders] = np.inf
     around = _around(motion)
@@ -66,7 +66,7 @@ def _check_counts(
             )
     if large.any():
         row = int(np.argmax(large))
-        if _shaft(recording.segments[index])[row + 1] == 0:
+        if recording.segments[index].shaft[row + 1] == 0:
             reason = "the counter was set back; log the running count, or begin a segment there (count_resets)"
         else:
             reason = "check the encoder's wiring and the log"
@@ -90,12 +90,6 @@ def _impossible(recording: Recording, index: int, row: int, jump: np.int64, reas
     return RecordingError(
         f"{recording.source}: the count jumps by {jump} in {place}, more than the supply could cause: {reason}"
     )
-
-
-def _shaft(segment: Segment) -> np.ndarray:
-    shaft = segment.count if segment.count is not None else segment.angle_rad
-    assert shaft is not None
-    return shaft
 
 
 def _elapsed(recording: Recording, ends: list[int]) -> np.ndarray:

@@ -44,11 +44,11 @@ def assemble(
         times = Timing(None, None, [time_s[cut] - time_s[cut.start] for cut in cuts])
     starts = _starts([time_s[cut] for cut in cuts])
     volts, duty, _ = log.input
-    (shaft,) = log.shaft.values()
-    (measured,) = log.shaft
+    [(measured, shaft)] = log.shaft.items()
     segments = []
     for index, cut in enumerate(cuts):
         tick = None if times.ticks is None else times.ticks[index]
+        logged: dict[str, Any] = {measured: shaft[cut]}
         segments.append(
             Segment(
                 kind=kinds[index],
@@ -59,10 +59,8 @@ def assemble(
                 volts=volts[cut],
                 tick=tick,
                 duty=None if duty is None else duty[cut],
-                count=shaft[cut] if measured == "count" else None,
-                angle_rad=shaft[cut] if measured == "angle_rad" else None,
-                speed_rad_s=shaft[cut] if measured == "speed_rad_s" else None,
                 supply_V=None if log.supply_V is None else log.supply_V[cut],
+                **logged,
             )
         )
     return Recording(segments=tuple(segments), source=source, period_s=times.period_s, **fields)

@@ -58,6 +58,14 @@ class Segment:
     def __len__(self) -> int:
         return len(self.time_s)
 
+    @property
+    def shaft(self) -> np.ndarray:
+        """(n,) `count`, `angle_rad` or `speed_rad_s`, whichever was logged. **Raises:** `RecordingError` without."""
+        for column in (self.count, self.angle_rad, self.speed_rad_s):
+            if column is not None:
+                return column
+        raise RecordingError("a segment has no count, angle_rad or speed_rad_s; one of them must be logged")
+
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Recording(Shown):

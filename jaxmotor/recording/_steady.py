@@ -10,7 +10,7 @@ from jaxmotor.recording._foreign import input_of, positive
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._table import read_table
-from jaxmotor.recording._text import limit_rows
+from jaxmotor.recording._text import about_log, limit_rows
 from jaxmotor.recording._units import Scale, split_input
 
 HOLD_S = 2.0
@@ -51,14 +51,10 @@ def import_steady(
     if ticks < 3:
         raise RecordingError(f"--steady {hold:g} is less than two periods of {period:g} s; hold the states longer")
     table = read_table(Path(path), columns=columns, drop=drop_first, decimal_comma=decimal_comma)
-    try:
+    with about_log(table.source):
         names = list(table.cells)
         volts, _, _ = input_of(table, split_input(input, names), supply_V)
         speeds = Shaft(speed=speed).read(table, names, scale)["speed_rad_s"]
-    except RecordingError as error:
-        if str(error).startswith(table.source):
-            raise
-        raise RecordingError(f"{table.source}: {error}") from error
     limit_rows(len(volts) * ticks, table.source)
     tick = np.arange(ticks)
     segments = [

@@ -20,18 +20,18 @@ import numpy as np
 
 from jaxmotor.recording._log import Log, assemble
 from jaxmotor.recording._recording import Recording, RecordingError
-from jaxmotor.recording._sysid_csv import import_sysid_csv
+from jaxmotor.recording._sysid_csv import STATES, import_sysid_csv
 from jaxmotor.recording._text import limit_rows, load, text_of
 
 MAX_JSON = 60_000_000
 """Larger JSON is refused unread [byte]."""
 TESTS = {
-    "slow-forward": ("quasistatic-forward", "ramp"),
-    "slow-backward": ("quasistatic-reverse", "ramp"),
-    "fast-forward": ("dynamic-forward", "step"),
-    "fast-backward": ("dynamic-reverse", "step"),
+    "slow-forward": "quasistatic-forward",
+    "slow-backward": "quasistatic-reverse",
+    "fast-forward": "dynamic-forward",
+    "fast-backward": "dynamic-reverse",
 }
-"""Keys of the JSON, with the test's later name and the kind of segment."""
+"""Keys of the JSON, with the test's later name."""
 _SIMPLE = (1, 2, 3)
 _DRIVETRAIN = {"left": (1, 3, 5), "right": (2, 4, 6)}
 _OLDEST = {"left": (3, 5, 7), "right": (4, 6, 8)}
@@ -61,7 +61,7 @@ def import_sysid(
         raise RecordingError(f"{source}: a SysId JSON holds turns by definition; leave --units out")
     values = _json_object(text_of(load(path, limit=MAX_JSON), source), source)
     columns = _layout(values, motor, source)
-    tests = {name: _rows(values[key], columns, key, source) for key, (name, _) in TESTS.items() if values.get(key)}
+    tests = {name: _rows(values[key], columns, key, source) for key, name in TESTS.items() if values.get(key)}
     if not tests:
         raise RecordingError(f"{source}: none of the tests {', '.join(TESTS)} has rows; this is no SysId log")
     limit_rows(sum(map(len, tests.values())), source)
@@ -123,7 +123,6 @@ def _rows(rows: Any, layout: tuple[int, tuple[int, int, int]], key: str, source:
 
 
 def _assemble(tests: dict[str, np.ndarray], about: dict[str, Any], source: str) -> Recording:
-    kinds = dict(TESTS.values())
     names = sorted(tests, key=lambda name: float(tests[name][0, 0]))
     turned = {name: float(tests[name][:, 1] @ tests[name][:, 3]) < 0 for name in names}
     volts = [tests[name][:, 1] * (-1.0 if turned[name] else 1.0) for name in names]
@@ -134,7 +133,7 @@ def _assemble(tests: dict[str, np.ndarray], about: dict[str, Any], source: str) 
         Log((table[:, 0], 0.0), (np.concatenate(volts), None, None), {column: 2 * np.pi * shaft}),
         np.cumsum([0, *(len(tests[name]) for name in names)]),
         [{"label": name} | ({"voltage_sign": "turned"} if turned[name] else {}) for name in names],
-        [kinds[name] for name in names],
+        [STATES[name] for name in names],
         source=source,
         header={"imported": about},
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
-from jaxmotor.recording._text import fault, limit_rows, load, text_of
+from jaxmotor.recording._text import NUMBER, fault, limit_rows, load, text_of
 
 DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
 COMMENTS = ("#", "%")
@@ -24,7 +24,6 @@ NOTHING = "a line of column names and then rows are needed; the log has none"
 EXACT = 15
 """Digits that every float holds."""
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+([eE][+-]?[0-9]+)?")
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _DECIMALS = re.compile(r"[+-]?[0-9]*\.?([0-9]*)(?:[eE]([+-]?[0-9]{1,3}))?")
 _THOUSANDS = re.compile(r"[+-]?[0-9.]*\.[0-9.,]*")
 _WHOLE = re.compile(r"([+-]?[0-9]+)(?:\.0*)?")
@@ -88,7 +87,7 @@ class Table:
             values = self.numbers(name)
             return values - values[0]
         for row, cell in enumerate(cells):
-            if not _NUMBER.fullmatch(cell.strip()) or not math.isfinite(float(cell)):
+            if not NUMBER.fullmatch(cell.strip()) or not math.isfinite(float(cell)):
                 raise self._first_fault(name) from None
             if abs(float(cell)) > 1e20:
                 raise self.fault(row, f"{name} is {float(cell):g}, more than can be meant; correct or delete the row")
@@ -157,7 +156,7 @@ class Table:
                 return self.fault(
                     row, f"{name} is {shown(cell)}, with a decimal comma; say so with --decimal-comma, or export points"
                 )
-            if not _NUMBER.fullmatch(cell) or not math.isfinite(float(cell)):
+            if not NUMBER.fullmatch(cell) or not math.isfinite(float(cell)):
                 found = shown(cell) if cell else "empty"
                 return self.fault(row, f"{name} is {found}, not a finite number; correct or delete the row")
         return RecordingError(f"{self.source}: column {name!r} is not numbers; export it again")
@@ -221,7 +220,7 @@ def _stated_names(
     """As `_above_names`, of a log without names."""
     if top == len(lines):
         raise RecordingError(f"{source}: the log has no rows; export it again")
-    if not any(map(_NUMBER.fullmatch, _bare_cells(lines[top]))) and re.search("[A-Za-z]", lines[top]):
+    if not any(map(NUMBER.fullmatch, _bare_cells(lines[top]))) and re.search("[A-Za-z]", lines[top]):
         raise fault(source, top + 1, "this line names the columns already; leave --columns out")
     # The last row: a stale first one may be torn.
     delimiter = _delimiter(lines[-1], lines[-1], marks, source, len(lines))
@@ -234,8 +233,8 @@ def _stated_names(
 def _is_row(line: str) -> bool:
     """Numbers, whatever separates them, and at least one."""
     cells = _bare_cells(line)
-    return any(map(_NUMBER.fullmatch, cells)) and all(
-        _NUMBER.fullmatch(cell) or cell.lower() in MISSING for cell in cells
+    return any(map(NUMBER.fullmatch, cells)) and all(
+        NUMBER.fullmatch(cell) or cell.lower() in MISSING for cell in cells
     )
 
 
@@ -288,7 +287,7 @@ def _with_points(table: Table) -> Table:
 
 
 def _check_names(names: list[str], source: str, line: int) -> None:
-    if all(_NUMBER.fullmatch(name) for name in names):
+    if all(NUMBER.fullmatch(name) for name in names):
         raise fault(
             source, line, "numbers where the column names are expected; put names above them, or state --columns"
         )

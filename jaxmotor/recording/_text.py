@@ -1,5 +1,8 @@
 """Files as text: what a spreadsheet, an editor or a crash may have done to them."""
 
+import contextlib
+import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from jaxmotor._files import read_bytes
@@ -10,12 +13,26 @@ MAX_BYTES = 400_000_000
 MAX_ROWS = 2_000_000
 """Longer files are refused unparsed."""
 
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+"""A finite number as text."""
+
 _SPLIT = "split it into several files or log at a lower rate"
 
 
 def fault(source: str, line: int, sentence: str) -> RecordingError:
     """The error for `sentence` about `line` (counted from 1) of the file."""
     return RecordingError(f"{source}, line {line}: {sentence}")
+
+
+@contextlib.contextmanager
+def about_log(source: str) -> Iterator[None]:
+    """Errors inside say which log they are about."""
+    try:
+        yield
+    except RecordingError as error:
+        if str(error).startswith(source):
+            raise
+        raise RecordingError(f"{source}: {error}") from error
 
 
 def load(path: Path, *, limit: int = MAX_BYTES) -> bytes:

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Key
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.estimate import KEYS, SHARE, Joint, Model, names_of
+from jaxmotor.estimate import KEYS, SHARE, Joint, Model, linear_to_json, names_of
 from jaxmotor.motor import Motor, SecondOrder
 from jaxmotor.motor.effects import AbstractEffect, parameters
 
@@ -62,8 +62,7 @@ def check_covariance(model: Model) -> None:
 def _known(model: Model) -> Known:
     whole, joint = model.whole, model.joint or _apart(model)
     joint = joint.of([*KEYS[: whole.linear.order + 1], SHARE, *names_of(whole.effects)])
-    linear = [float(value) for value in jax.tree.leaves(whole.linear)]
-    values = dict(zip(KEYS, linear, strict=False)) | {SHARE: float(whole.viscous_share)}
+    values = linear_to_json(whole.linear) | {SHARE: float(whole.viscous_share)}
     relative = dict.fromkeys(KEYS, True) | {SHARE: False}
     for effect in whole.effects:
         for name, about in parameters(effect).items():

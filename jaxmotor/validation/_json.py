@@ -4,8 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from jaxmotor._json import plain
-from jaxmotor.estimate import Model, effects_to_json
-from jaxmotor.motor import SecondOrder
+from jaxmotor.estimate import effects_to_json, linear_to_json
 from jaxmotor.validation._validation import ClosedLoop, Comparison, Interval, OpenLoop, StepTrials, Validation
 
 FORMAT = 1
@@ -26,7 +25,7 @@ def to_json(validation: Validation) -> dict[str, Any]:
         "recording": validation.recording,
         "model_file": Path(model.source).name,
         "model_recording": model.recording,
-        "model": _model(model),
+        "model": linear_to_json(model.motor) | {"voltage_offset_V": model.offset_V},
         "effects": effects_to_json(model.effects, model.effect_errors),
         "fitted_segments": list(validation.fitted),
         "scored_segments": list(validation.scored),
@@ -42,14 +41,6 @@ def to_json(validation: Validation) -> dict[str, Any]:
         "simulations": validation.simulations,
         "notes": list(validation.notes),
     }
-
-
-def _model(model: Model) -> dict[str, float]:
-    motor = model.motor
-    values = {"gain_rad_s_V": float(motor.gain), "pole_rad_s": float(motor.pole)}
-    if isinstance(motor, SecondOrder):
-        values["electrical_time_constant_s"] = float(motor.electrical_time_constant)
-    return values | {"voltage_offset_V": model.offset_V}
 
 
 def _open_loop(open_loop: OpenLoop) -> dict[str, Any]:

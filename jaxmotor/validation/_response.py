@@ -1,14 +1,9 @@
-"""Rise time, overshoot and final speed of one response, from noise-free, averaged or counted speeds alike."""
+"""Rise time, overshoot and final speed of responses, from noise-free, averaged or counted speeds alike."""
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
-
-from jaxmotor.prediction import bucket
+from jaxtyping import Float
 
 LOW, HIGH = 0.1, 0.9
 """Shares of the change between which the rise time is taken."""
@@ -19,15 +14,13 @@ TAIL = 0.25
 class Rows(NamedTuple):
     """Which rows of a curve belong to the response."""
 
-    time: Float[Array, " n"]
-    """[s]"""
-    plateau: Bool[Array, " n"]
-    """After the change of the command, and measured."""
-    tail: Bool[Array, " n"]
-    """Those at the end, for the final speed."""
-    period: Float[Array, ""]
+    time: np.ndarray
+    """(n,) [s]"""
+    plateau: np.ndarray
+    """(n,) after the change of the command, and measured."""
+    period: float
     """Usual time between rows [s]."""
-    initial: Float[Array, ""]
+    initial: float
     """Speed before the change [rad/s]."""
 
 
@@ -46,32 +39,22 @@ class Response(NamedTuple):
         return Response(*(values[curves] for values in self))
 
 
-def response(curve: Float[Array, " n"], rows: Rows, half: Int[Array, ""]) -> Response:
-    """Of one `curve` [rad/s], smoothed over `half` rows on either side first (but for the final speed)."""
-    tail = rows.tail.astype(curve.dtype)
-    final = (curve * tail).sum() / tail.sum()
-    share = (_smooth(curve, rows.plateau, half) - rows.initial) / (final - rows.initial)
-    rise = _crossing(share, rows, HIGH) - _crossing(share, rows, LOW)
-    overshoot = 100 * jnp.maximum(jnp.where(rows.plateau, share, -jnp.inf).max() - 1, 0.0)
-    return Response(rise, jnp.where(jnp.isfinite(rise), overshoot, jnp.nan), final)
-
-
-@eqx.filter_jit
-def _responses(curves: Float[Array, "batch n"], rows: Rows, half: Int[Array, ""]) -> Response:
-    return jax.vmap(response, (0, None, None))(curves, rows, half)
+def response(curves: np.ndarray, rows: Rows, half: int) -> Response:
+    """Of each of `curves` (curve, n) [rad/s], smoothed over `half` rows on either side (but for the final speed)."""
+    final = curves[:, tail_of(rows.plateau)].mean(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = (_smooth(curves, rows.plateau, half) - rows.initial) / (final - rows.initial)[:, None]
+        rise = _crossing(share, rows, HIGH) - _crossing(share, rows, LOW)
+    overshoot = 100 * np.maximum(share[:, rows.plateau].max(axis=1) - 1, 0.0)
+    return Response(rise, np.where(np.isfinite(rise), overshoot, np.nan), final)
 
 
 def measure(curves: np.ndarray, rows: Rows) -> Response:
-    """Rise time, overshoot and final speed of each of `curves` (curve, n) [rad/s], in numpy.
+    """Rise time, overshoot and final speed of each of `curves` (curve, n) [rad/s].
 
     All are smoothed over a quarter of the rise time of the first, which has no noise.
     """
-    # Whole blocks, so that few shapes are compiled.
-    blocks = jnp.asarray(np.concatenate([curves, np.zeros((-len(curves) % 64, curves.shape[1]))]))
-    first = _responses(blocks, rows, jnp.asarray(0))
-    half = _smoothing(float(first.rise_time[0]), rows)
-    every = _responses(blocks, rows, jnp.asarray(half))
-    return Response(*(np.asarray(values)[: len(curves)] for values in every))
+    return response(curves, rows, _smoothing(float(response(curves[:1], rows, 0).rise_time[0]), rows))
 
 
 def measure_runs(
@@ -81,35 +64,32 @@ def measure_runs(
 
     `time` (n,) is that of all rows [s], `initial` the speed before them [rad/s].
     """
-    number, size = len(time), bucket(len(time))
-    curves = np.zeros((len(runs) + 1, size))
-    curves[:-1, :number], curves[-1, :number] = runs, measured
-    period, used = float(time[1] - time[0]), np.arange(size) < number
-    rows = Rows(*map(jnp.asarray, (np.arange(size) * period, used, tail_of(used), period, float(initial))))
+    rows = Rows(time, np.ones(len(time), bool), float(time[1] - time[0]), initial)
     # Drawn motors may diverge.
-    every = measure(np.nan_to_num(curves, nan=0.0, posinf=0.0, neginf=0.0), rows)
+    curves = np.nan_to_num(np.concatenate([runs, measured[None]]), nan=0.0, posinf=0.0, neginf=0.0)
+    every = measure(curves, rows)
     return every.of(slice(-1, None)), every.of(slice(0, 1)), every.of(slice(1, -1))
 
 
-def _smooth(curve: Float[Array, " n"], used: Bool[Array, " n"], half: Int[Array, ""]) -> Float[Array, " n"]:
+def _smooth(curves: np.ndarray, used: np.ndarray, half: int) -> np.ndarray:
     """Mean over the used rows within `half` rows."""
-    sums = jnp.cumsum(jnp.stack([jnp.where(used, curve, 0.0), used.astype(curve.dtype)]), axis=1)
-    sums = jnp.pad(sums, ((0, 0), (1, 0)))
-    row = jnp.arange(curve.shape[0])
-    total, number = sums[:, jnp.minimum(row + half + 1, curve.shape[0])] - sums[:, jnp.maximum(row - half, 0)]
-    return total / jnp.maximum(number, 1.0)
+    sums = np.cumsum(np.pad(np.where(used, curves, 0.0), ((0, 0), (1, 0))), axis=1)
+    counts = np.cumsum(np.pad(used, (1, 0)))
+    row = np.arange(len(used))
+    first, end = np.maximum(row - half, 0), np.minimum(row + half + 1, len(used))
+    return (sums[:, end] - sums[:, first]) / np.maximum(counts[end] - counts[first], 1)
 
 
-def _crossing(share: Float[Array, " n"], rows: Rows, level: float) -> Float[Array, ""]:
-    """Time at which `share` first reaches `level`, on the line from the row before."""
-    reached = rows.plateau & (share >= level)
-    row = jnp.argmax(reached)
-    number = jnp.arange(share.shape[0])
-    before = jnp.where(rows.plateau & (number < row), number, -1).max()
-    start = jnp.where(before < 0, 0.0, share[before])
-    time = jnp.where(before < 0, rows.time[row] - rows.period, rows.time[before])
-    part = (level - start) / (share[row] - start)
-    return jnp.where(reached.any(), time + part * (rows.time[row] - time), jnp.nan)
+def _crossing(share: np.ndarray, rows: Rows, level: float) -> np.ndarray:
+    """(curve,) time at which each `share` (curve, n) first reaches `level`, on the line from the row before."""
+    share, time = share[:, rows.plateau], rows.time[rows.plateau]
+    reached = share >= level
+    row = np.argmax(reached, axis=1)
+    # Before the plateau the speed is the initial one.
+    share, time = np.pad(share, ((0, 0), (1, 0))), np.concatenate([[time[0] - rows.period], time])
+    start, end = (np.take_along_axis(share, (row + k)[:, None], axis=1)[:, 0] for k in (0, 1))
+    part = (level - start) / (end - start)
+    return np.where(reached.any(axis=1), time[row] + part * (time[row + 1] - time[row]), np.nan)
 
 
 def tail_of(plateau: np.ndarray) -> np.ndarray:
@@ -124,4 +104,4 @@ def _smoothing(rise_time: float, rows: Rows) -> int:
     """Rows on either side to smooth over: a quarter of the rise time in all, at most a tenth of the rows."""
     if not np.isfinite(rise_time):
         return 0
-    return int(np.clip(rise_time / (8 * float(rows.period)), 0, np.asarray(rows.plateau).sum() // 20))
+    return int(np.clip(rise_time / (8 * rows.period), 0, rows.plateau.sum() // 20))

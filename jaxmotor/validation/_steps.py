@@ -1,12 +1,11 @@
 """Steps: the mean of N trials with its band, against the model with its own (the paper's Fig. 10)."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor.estimate import Model, student_t
 from jaxmotor.recording import Recording, Segment
-from jaxmotor.validation._response import Response, Rows, measure, tail_of
+from jaxmotor.validation._response import Response, Rows, measure
 from jaxmotor.validation._timed import is_timed
 from jaxmotor.validation._trials import Trials, means_of_trials, trials_of
 from jaxmotor.validation._validation import Band, Comparison, Interval, StepTrials, limits
@@ -71,13 +70,7 @@ def _rows(trials: Trials, segment: Segment, present: np.ndarray, nominal: np.nda
     free = trials.packed.lanes.piece[trials.packed.lanes.free > 0]
     begins_at = speeds[free].mean() if len(free) else 0.0
     initial = 0.0 if still else float(nominal[earlier[-1]] if len(earlier) else begins_at)
-    return Rows(
-        jnp.asarray(trials.time_s),
-        jnp.asarray(plateau),
-        jnp.asarray(tail_of(plateau)),
-        jnp.asarray(float(np.median(np.diff(segment.time_s)))),
-        jnp.asarray(initial),
-    )
+    return Rows(trials.time_s, plateau, float(np.median(np.diff(segment.time_s))), initial)
 
 
 def _responses(trials: Trials, rows: Rows, nominal: np.ndarray, encoded: np.ndarray) -> tuple[Response, Response]:

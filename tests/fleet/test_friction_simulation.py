@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmotor.fleet import simulate_rubbing
-from jaxmotor.fleet._rubbing import _log
+from jaxmotor.fleet import simulate_friction
+from jaxmotor.fleet._friction_simulation import _log
 from jaxmotor.motor import FirstOrder, Motor, Rows, simulate_motor
 from jaxmotor.motor.effects import CoulombFriction, DeadZone
 
@@ -22,7 +22,7 @@ def both(parameters, volts, steps):
     reset[0] = reset[300] = True
     start = np.where(reset, 7.0, 0.0) * (np.arange(len(volts)) > 0)
     motor, period = FirstOrder(gain, pole), jnp.asarray(0.005)
-    exact = simulate_rubbing(motor, friction, dead, *(jnp.asarray(x)[:, None] for x in (volts, reset, start)), period)
+    exact = simulate_friction(motor, friction, dead, *(jnp.asarray(x)[:, None] for x in (volts, reset, start)), period)
     whole = Motor(motor, (CoulombFriction(friction), DeadZone(dead)), jnp.zeros(()))
     rows = Rows(jnp.asarray(volts), jnp.asarray(reset), jnp.asarray(start), jnp.zeros(len(volts)))
     stepped = simulate_motor(whole, rows, period, jnp.asarray(7.4), steps)
@@ -47,7 +47,7 @@ def test_derivatives_are_those_of_differences(x64):
 
     def position(parameters):
         gain, pole, friction, dead = parameters
-        motion = simulate_rubbing(
+        motion = simulate_friction(
             FirstOrder(gain, pole), friction, dead, jnp.asarray(volts), reset, still, jnp.asarray(0.005)
         )
         return jnp.cumsum(motion.turn[:, 0])
