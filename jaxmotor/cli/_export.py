@@ -28,9 +28,10 @@ def export_command(
         Path | None, typer.Option("-o", "--output", metavar="FILE", help="Write here instead of to the screen.")
     ] = None,
     counts_per_rev: Annotated[
-        float | None, typer.Option(metavar="N", help="Encoder, all edges, per turn of the output shaft.")
+        float | None,
+        typer.Option(metavar="N", help="Encoder, all edges, per turn of the shaft; otherwise the recording's."),
     ] = None,
-    supply: Annotated[float | None, typer.Option(metavar="V", help="Of the bridge.")] = None,
+    supply: Annotated[float | None, typer.Option(metavar="V", help="Of the bridge; otherwise the recording's.")] = None,
     full_scale: Annotated[int, typer.Option(metavar="D", help="The duty that means the whole supply.")] = 250,
     period: Annotated[
         float | None, typer.Option(metavar="S", help="Of the controller; otherwise that of the recording.")
@@ -108,6 +109,9 @@ def _rig(
     from jaxmotor.control import Hardware
 
     period = model.period_s if period is None else period
+    if to in ("c", "arduino"):
+        counts_per_rev = model.rig.counts_per_rev if counts_per_rev is None else counts_per_rev
+        supply = model.rig.supply_V if supply is None else supply
     known = {"--counts-per-rev": counts_per_rev, "--supply": supply, "--period": period}
     missing = [name for name, value in known.items() if value is None]
     if to in ("c", "arduino") and missing:

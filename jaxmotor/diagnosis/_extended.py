@@ -34,6 +34,7 @@ def extended_model(diagnosis: Diagnosis) -> Model:
         fit.frequency_response,
         viscous_share=float(diagnosis.motor.viscous_share),
         joint=_joint(diagnosis, len(values)) if diagnosis.effects else None,
+        rig=fit.rig,
     )
 
 

@@ -21,6 +21,7 @@ from jaxmotor.estimate._judge import Judgement as Judgement
 from jaxmotor.estimate._judge import judge as judge
 from jaxmotor.estimate._judge import student_t as student_t
 from jaxmotor.estimate._model import Model as Model
+from jaxmotor.estimate._model import ModelRig as ModelRig
 from jaxmotor.estimate._model_effects import effects_to_json as effects_to_json
 from jaxmotor.estimate._model_file import KEYS as KEYS
 from jaxmotor.estimate._model_file import SHARE as SHARE

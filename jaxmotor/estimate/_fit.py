@@ -9,7 +9,7 @@ import numpy as np
 
 from jaxmotor._shown import Row, Shown
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.estimate._model import Model
+from jaxmotor.estimate._model import UNKNOWN_RIG, Model, ModelRig
 from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, allowing
 from jaxmotor.estimate._rows import LINEAR, linear_rows
 from jaxmotor.estimate._speed_average import SpeedAverage
@@ -74,6 +74,8 @@ class Fit(Shown):
     """The log's own, where the header does not state it and the data show one."""
     average: SpeedAverage | None = None
     """The same of its speeds."""
+    rig: ModelRig = UNKNOWN_RIG
+    """What the recording states of its encoder and supply."""
 
     @property
     def model(self) -> Model:
@@ -87,6 +89,7 @@ class Fit(Shown):
             frozenset(self.fingerprints),
             self.source,
             response=self.frequency_response,
+            rig=self.rig,
         )
 
     def _title(self) -> str:

@@ -17,6 +17,7 @@ from jaxmotor.estimate._fingerprint import fingerprint
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._judge import EVIDENCE, Judgement, is_quiet, judge
+from jaxmotor.estimate._model import ModelRig
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
 from jaxmotor.estimate._sine_fit import Sines
@@ -335,6 +336,7 @@ def _about(recording: Recording, fitted: tuple[int, ...], held_out: tuple[int, .
     return {
         "source": recording.source,
         "period_s": recording.period_s,
+        "rig": ModelRig(recording.counts_per_rev, recording.supply_V),
         "fitted": fitted,
         "held_out": held_out,
         "fingerprints": tuple(fingerprint(recording, index) for index in fitted),

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,18 @@ from jaxmotor.estimate._model_joint import Joint
 from jaxmotor.estimate._rows import effect_rows, linear_rows
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor
 from jaxmotor.motor.effects import VoltageOffset
+
+
+class ModelRig(NamedTuple):
+    """What a motor was identified on, where its recording states it."""
+
+    counts_per_rev: float | None = None
+    """Of the encoder, all edges, per turn of the output shaft."""
+    supply_V: float | None = None
+    """Nominal."""
+
+
+UNKNOWN_RIG = ModelRig()
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -43,6 +56,8 @@ class Model(Shown):
     """Of the pole, `Motor.viscous_share` [1]; only effects on the current make it matter."""
     joint: Joint | None = None
     """How sure the parameters are together, those of `effects` included; None: each by itself."""
+    rig: ModelRig = UNKNOWN_RIG
+    """Its encoder and supply; exports that need them take these where they are given no others."""
 
     @property
     @in_float64

@@ -23,7 +23,7 @@ from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._sentences import shown
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.estimate._model import Model
+from jaxmotor.estimate._model import Model, ModelRig
 from jaxmotor.estimate._model_effects import effects_to_json, read_effects
 from jaxmotor.estimate._model_joint import joint_to_json, names_of, read_joint
 from jaxmotor.estimate._model_numbers import RANGES, covariance_of, in_range, is_number, numbers
@@ -78,6 +78,7 @@ def to_json(fit: Fit) -> dict[str, Any]:
         "held_out_segments": list(fit.held_out),
         "fitted_fingerprints": list(fit.fingerprints),
         "period_s": fit.period_s,
+        **fit.rig._asdict(),
         "timing": None if fit.timing is None else dataclasses.asdict(fit.timing),
         "speed_average": None if fit.average is None else dataclasses.asdict(fit.average),
         "frequency_response": None if fit.frequency_response is None else _response(fit.frequency_response),
@@ -103,6 +104,7 @@ def model_to_json(model: Model) -> dict[str, Any]:
         **({} if model.joint is None else {JOINT: joint_to_json(model.joint)}),
         "fitted_fingerprints": sorted(model.fitted),
         "period_s": model.period_s,
+        **model.rig._asdict(),
         "frequency_response": None if model.response is None else _response(model.response),
     }
 
@@ -159,7 +161,7 @@ def read_model(path: str | os.PathLike[str]) -> Model:
         linear_motor(linear),
         covariance,
         _number(path, values, "voltage_offset_V") if "voltage_offset_V" in values else 0.0,
-        _number(path, content, "period_s") if content.get("period_s") is not None else None,
+        _known(path, content, "period_s"),
         _text(path, content, "recording"),
         frozenset(_fingerprints(path, content)),
         str(path),
@@ -168,6 +170,7 @@ def read_model(path: str | os.PathLike[str]) -> Model:
         _read_response(path, content),
         share,
         joint,
+        ModelRig(*(_known(path, content, key) for key in ModelRig._fields)),
     )
 
 
@@ -237,6 +240,14 @@ def _number(path: Path, values: dict[str, Any], key: str) -> float:
             f"{path}: {key} is {value:g}, which no motor has (from {low:g} to {high:g}); check the file"
         )
     return float(value)
+
+
+def _known(path: Path, content: dict[str, Any], key: str) -> float | None:
+    """A positive number; None where the file has none, as older ones."""
+    value = None if content.get(key) is None else _number(path, content, key)
+    if value is not None and value < 0:
+        raise JaxmotorError(f"{path}: {key} is {value:g}, and is never negative; check the file")
+    return value
 
 
 def _text(path: Path, content: dict[str, Any], key: str) -> str:

@@ -15,6 +15,8 @@ RANGES = {
     "viscous_share": (0.0, 1.0),
     "period_s": (1e-8, 1e4),
     "speed_window_s": (0.0, 1e4),
+    "counts_per_rev": (1e-3, 1e9),
+    "supply_V": (1e-3, 1e6),
 }
 """The least and the greatest magnitude of each number of a model."""
 ROUNDING = 1e-6

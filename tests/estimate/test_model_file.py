@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from made import recording
+from made import COUNTS, SUPPLY, recording
 
 from jaxmotor import JaxmotorError, identify, read_model
-from jaxmotor.estimate import fingerprint, to_json
+from jaxmotor.estimate import ModelRig, fingerprint, to_json
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +29,7 @@ def test_round_trip(fit, tmp_path):
     assert float(model.motor.gain) == float(fit.motor.gain) and float(model.motor.pole) == float(fit.motor.pole)
     np.testing.assert_array_equal(model.covariance, fit.covariance)
     assert model.offset_V == fit.offset_V and model.period_s == 0.005
+    assert model.rig == fit.rig == ModelRig(COUNTS, SUPPLY)
     made = recording(0)
     assert fingerprint(made, 0) in model.fitted and fingerprint(made, 3) not in model.fitted
 
@@ -40,6 +41,20 @@ def test_a_segment_is_known_again_wherever_its_counter_stood(fit):
     moved = dataclasses.replace(made.segments[0], count=made.segments[0].count + 12345)
     again = dataclasses.replace(made, segments=(moved,))
     assert fingerprint(again, 0) == fit.fingerprints[0]
+
+
+def test_a_file_without_a_rig_is_read(fit, tmp_path):
+    content = to_json(fit)
+    assert (content.pop("counts_per_rev"), content.pop("supply_V")) == (COUNTS, SUPPLY)
+    assert read_model(stored(tmp_path, json.dumps(content))).rig == ModelRig()
+
+
+@pytest.mark.parametrize("key", ["counts_per_rev", "supply_V"])
+@pytest.mark.parametrize("value", [-617.4, 0.0, float("nan"), 1e12, "617.4", [617.4], True])
+def test_no_rig_has_that(fit, tmp_path, key, value):
+    path = stored(tmp_path, json.dumps(to_json(fit) | {key: value}))
+    with pytest.raises(JaxmotorError, match=f"model.json: {key} is "):
+        read_model(path)
 
 
 @pytest.mark.parametrize(

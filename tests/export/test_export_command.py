@@ -1,5 +1,6 @@
 """`jaxmotor export` and `jaxmotor simulate`: files written whole, and bad input as a sentence."""
 
+import dataclasses
 import json
 
 import pytest
@@ -7,7 +8,7 @@ from cases import made
 
 from jaxmotor import read
 from jaxmotor.cli import main
-from jaxmotor.estimate import model_to_json
+from jaxmotor.estimate import ModelRig, model_to_json
 
 RIG = ["--counts-per-rev", "617.4", "--supply", "7.4"]
 
@@ -34,6 +35,25 @@ def test_every_format_is_written_and_says_what_it_leaves_out(file, tmp_path, cap
     assert "backlash" in text and (to != "mujoco" or "<script>" not in text)
     assert main(["export", str(file), "--to", to, *RIG]) == 0
     assert capsys.readouterr().out == text
+
+
+@pytest.mark.parametrize("to", ["c", "arduino"])
+def test_the_rig_of_the_recording_is_taken_where_no_other_is_given(tmp_path, to):
+    rig = ModelRig(617.4, 7.4)
+    path = tmp_path / "motor.json"
+    path.write_text(json.dumps(model_to_json(dataclasses.replace(made(), rig=rig))))
+    outputs = [tmp_path / name for name in ("own", "given", "other")]
+    given = [[], RIG, ["--counts-per-rev", "360"]]
+    for out, options in zip(outputs, given, strict=True):
+        assert main(["export", str(path), "--to", to, *options, "-o", str(out)]) == 0
+    own, same, other = (texts(out) for out in outputs)
+    assert own == same != other
+
+
+def texts(out):
+    files = [out] if out.is_file() else sorted(out.rglob("*.h"))
+    assert files
+    return [file.read_text() for file in files]
 
 
 @pytest.mark.parametrize(
