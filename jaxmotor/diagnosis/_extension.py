@@ -7,7 +7,7 @@ effects that only imitated it, those go.
 
 import itertools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 from jaxmotor.diagnosis._found import COARSE, Found
 from jaxmotor.diagnosis._free import with_effect, without_effect
@@ -109,7 +109,8 @@ def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect], bar:
     _fit_each(search, bases, others, FAR * search.best().chi2)
 
 
-def _fit_each(search: Search, bases: list[Fitted], starts: list[AbstractEffect], bar: float) -> None:
+def _fit_each(search: Search, bases: list[Fitted], starts: Sequence[AbstractEffect], bar: float) -> None:
+    """Of the fits, those whose chi2 will not come below `bar` are given up."""
     laws = [tuple(own) for _, own in itertools.groupby(starts, lambda start: start.name)]
     tasks = [
         (base, own)
