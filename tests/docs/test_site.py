@@ -9,6 +9,7 @@ import sys
 from html.parser import HTMLParser
 
 import pytest
+from opened import Watched
 from pages import DOCS, ROOT
 
 import jaxmotor
@@ -89,3 +90,22 @@ def test_links_that_leave_the_documentation_are_text(site):
     assert (ROOT / "benchmarks").exists()
     leaving = re.compile(r'href="(?:\.\./)+(?:benchmarks|tests|firmware)/')
     assert not [page for page in site.rglob("*.html") if leaving.search(page.read_text(encoding="utf-8"))]
+
+
+@pytest.fixture(params=["light", "dark"])
+def opened(request, site, browser):
+    """The first page, opened from disk; it and the pages that follow send for nothing but files beside them."""
+    watched = Watched(browser, site / "index.html", color_scheme=request.param)
+    yield watched
+    assert watched.wrong == []
+    assert all(address.startswith(site.as_uri()) for address in watched.requests)
+    watched.context.close()
+
+
+def test_search_finds_a_page_from_disk(opened):
+    opened.page.locator("input.md-search__input").click()
+    opened.page.keyboard.type("coulomb")
+    found = opened.page.locator("a.md-search-result__link[href*='effects/coulomb_friction.html']").first
+    found.wait_for(timeout=20_000)
+    found.click()
+    assert opened.page.locator("h1").inner_text().startswith("coulomb_friction")
