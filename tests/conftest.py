@@ -1,5 +1,6 @@
 import gc
 import os
+import shutil
 from pathlib import Path
 
 import jax
@@ -34,6 +35,8 @@ settings.register_profile("jaxmotor", deadline=None, derandomize=True)
 settings.load_profile("jaxmotor")
 
 
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
 MAPS = Path("/proc/self/maps")
 MANY_MAPS = 25_000
 
@@ -59,3 +62,17 @@ def emulator() -> Path:
     if missing := missing_tools():
         pytest.skip(f"emulated bench: no {', '.join(missing)}; apt install {PACKAGES}")
     return find_or_build()
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """Headless Chromium, the system's or playwright's own; tests that open pages skip without one."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    system = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    with sync_api.sync_playwright() as playwright:
+        try:
+            started = playwright.chromium.launch(executable_path=system, args=["--no-sandbox"])
+        except sync_api.Error as error:
+            pytest.skip(f"there is no Chromium that starts: {str(error).splitlines()[0]}")
+        yield started
+        started.close()

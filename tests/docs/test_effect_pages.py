@@ -1,11 +1,9 @@
 """Each effect has its page: equation, how it shows, picture, reference; and the pictures show the law."""
 
-import re
-
 import effect_signatures
 import numpy as np
 import pytest
-from pages import DOCS
+from pages import DOCS, blocks
 
 from jaxmotor.motor import EFFECTS
 from jaxmotor.motor.effects import parameters
@@ -17,7 +15,7 @@ FOLDER = DOCS / "effects"
 def test_page(name):
     text = (FOLDER / f"{name}.md").read_text(encoding="utf-8")
     assert text.startswith(f"# `{name}`\n")
-    assert re.search(r"\n\n    \S", text), "its equation"
+    assert [block for block in blocks(FOLDER / f"{name}.md") if block.language == "math"], "its equation"
     assert "**How it shows.** " in text and "**Reference.** " in text
     assert f"(../img/effects/{name}.png)" in text
     assert all(f"`{parameter}`" in text for parameter in parameters(EFFECTS[name]))

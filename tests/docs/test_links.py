@@ -33,6 +33,14 @@ def test_every_link_leads_somewhere(page):
         assert not anchor or anchor in anchors(target), f"{link}: no such heading"
 
 
+@pytest.mark.parametrize("folder", ["", "effects", "notebooks", "api"])
+def test_each_index_lists_its_pages(folder):
+    index = DOCS / folder / "index.md"
+    listed = {(index.parent / link.partition("#")[0]).resolve() for link in LINK.findall(index.read_text("utf-8"))}
+    pages = {*index.parent.glob("*.md"), *(DOCS.glob("*/index.md") if not folder else ())}
+    assert pages - {index} <= listed
+
+
 def test_every_picture_is_shown_somewhere():
     shown = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     missing = [path.relative_to(DOCS) for path in (DOCS / "img").rglob("*.*") if path.name not in shown]

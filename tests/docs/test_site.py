@@ -6,15 +6,18 @@ import os
 import re
 import subprocess
 import sys
+from html import unescape
 from html.parser import HTMLParser
 
 import pytest
-from pages import DOCS, ROOT
+from fontTools import ttLib
+from opened import Watched
+from pages import DOCS, ROOT, blocks
 
 import jaxmotor
 
 CONFIGURATION = DOCS / "mkdocs" / "mkdocs.yml"
-PACKAGES = ("mkdocs", "material", "mkdocstrings")
+PACKAGES = ("mkdocs", "material", "mkdocstrings", "math_core")
 
 
 @pytest.fixture(scope="module")
@@ -89,3 +92,54 @@ def test_links_that_leave_the_documentation_are_text(site):
     assert (ROOT / "benchmarks").exists()
     leaving = re.compile(r'href="(?:\.\./)+(?:benchmarks|tests|firmware)/')
     assert not [page for page in site.rglob("*.html") if leaving.search(page.read_text(encoding="utf-8"))]
+
+
+def test_every_formula_is_drawn(site):
+    pages = [page for page in DOCS.rglob("*.md") if any(block.language == "math" for block in blocks(page))]
+    assert len(pages) > 30
+    for page in pages:
+        html = (site / page.relative_to(DOCS).with_suffix(".html")).read_text(encoding="utf-8")
+        wanted = sum(block.language == "math" for block in blocks(page))
+        assert html.count('<math display="block">') == wanted, page
+        assert html.count("<math") == html.count('class="arithmatex"'), page
+
+
+def test_the_font_has_every_sign_of_the_formulas(site):
+    font = ttLib.TTFont(next(site.rglob("STIXTwoMath-subset.woff")))
+    formulas = re.findall(
+        r"<math.*?</math>", "".join(page.read_text("utf-8") for page in site.rglob("*.html")), re.DOTALL
+    )
+    signs = set(unescape(re.sub(r"<[^>]*>", "", "".join(formulas))))
+    assert len(signs) > 60 and not {sign for sign in signs if ord(sign) not in font.getBestCmap()} - {"\n"}
+    assert "MATH" in font
+
+
+@pytest.fixture(params=["light", "dark"])
+def opened(request, site, browser):
+    """The first page, opened from disk; it and the pages that follow send for nothing but files beside them."""
+    watched = Watched(browser, site / "index.html", color_scheme=request.param)
+    yield watched
+    assert watched.wrong == []
+    assert all(address.startswith(site.as_uri()) for address in watched.requests)
+    watched.context.close()
+
+
+def test_search_finds_a_page_from_disk(opened):
+    opened.page.locator("input.md-search__input").click()
+    opened.page.keyboard.type("coulomb")
+    found = opened.page.locator("a.md-search-result__link[href*='effects/coulomb_friction.html']").first
+    found.wait_for(timeout=20_000)
+    found.click()
+    assert opened.page.locator("h1").inner_text().startswith("coulomb_friction")
+
+
+def test_formulas_have_a_size_and_fit_a_telephone(site, opened):
+    opened.page.set_viewport_size({"width": 360, "height": 800})
+    for path in ("effects/coulomb_friction", "effects/backlash", "paper", "identification", "diagnosis"):
+        opened.page.goto((site / f"{path}.html").as_uri())
+        boxes = [formula.bounding_box() for formula in opened.page.locator("div.arithmatex math").all()]
+        assert boxes and all(box["width"] > 20 and box["height"] > 10 for box in boxes), path
+        # The page is as wide as the window: what is wider scrolls by itself.
+        assert opened.page.evaluate("document.documentElement.scrollWidth") <= 360, path
+        fonts = opened.page.evaluate("document.fonts.ready.then(fonts => [...fonts].map(font => font.status))")
+        assert fonts == ["loaded"], path
