@@ -39,14 +39,14 @@ class Shown:
     def __repr__(self) -> str:
         rows = self._rows()
         width = max((len(row.name) for row in rows), default=0)
-        lines = [f"{row.name:{width}}  {with_error(row.value, row.standard_error, row.unit)}" for row in rows]
+        lines = [f"{row.name:{width}}  {with_error(row.value, row.standard_error, _unit(row))}" for row in rows]
         rest = [textwrap.fill(sentence(line, LONGEST), WIDTH, subsequent_indent="    ") for line in self._remarks()]
         return "\n  ".join([printable(self._title()), *lines, *rest])
 
     def _repr_html_(self) -> str:
         rows = "".join(
             f"<tr><th>{_text(row.name)}</th><td>{_text(with_error(row.value, row.standard_error, ''))}</td>"
-            f"<td>{_text(row.unit)}</td></tr>"
+            f"<td>{_text(_unit(row))}</td></tr>"
             for row in self._rows()
         )
         remarks = "".join(f"<li>{_text(remark)}</li>" for remark in self._remarks())
@@ -74,6 +74,11 @@ def data_frame(columns: Mapping[str, Any]) -> Any:
     except ImportError as error:
         raise JaxmotorError("pandas is not installed; pip install pandas") from error
     return pandas.DataFrame(dict(columns))
+
+
+def _unit(row: Row) -> str:
+    """For people: a ratio has none."""
+    return "" if row.unit == "1" else row.unit
 
 
 def _text(text: str) -> str:

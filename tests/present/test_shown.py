@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from jaxmotor import FirstOrder, Motor, from_arrays
-from jaxmotor.motor.effects import CoulombFriction
+from jaxmotor.motor.effects import CoulombFriction, SupplySag
 
 INTERVAL = r"gain +1[01]\.\d+ ± 0\.0\d+ rad/s/V\n  pole +(?:40|39)\.\d+ ± 0\.0\d+ rad/s\n"
 
@@ -19,6 +19,12 @@ def test_a_fit_says_its_numbers_with_intervals_and_units(exact):
     assert re.search(INTERVAL, repr(exact)) and "voltage_offset" in repr(exact) and "chi2" in repr(exact)
     assert repr(exact).startswith("Fit of made.csv (exact, 9 segments, ± is 95 %)")
     assert re.search(INTERVAL, f"{exact.model!r}\n")
+
+
+def test_a_ratio_has_no_unit(exact):
+    sags = dataclasses.replace(exact.model, effects=(SupplySag.of(ratio=0.03),), effect_errors=({"ratio": 0.001},))
+    assert "\n  supply_sag.ratio  0.0300 ± 0.0020" in f"{sags!r}\n"
+    assert not re.search(r" 1(\n|$)", repr(sags)) and "<td>1</td>" not in sags._repr_html_()
 
 
 def test_motors_are_readable(exact):
