@@ -8,12 +8,15 @@ FAULTS := faults control_faults stop_reasons journal_damage firmware_fuzz
 
 TOOLCHAIN := gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev
 
-.PHONY: demo test lint types bench faults docs firmware flash toolchain clean help
+CHECKED := tests/recording tests/bench/test_encoder.py tests/docs/test_links.py tests/test_layers.py tests/test_sentences.py
+
+.PHONY: demo test check lint types bench faults docs firmware flash toolchain clean help
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo    install into $(VENV) and take the bundled recording through everything; says where the report is"
 	@echo "make test    install what the tests need; lint, types, all tests"
+	@echo "make check   lint, types and tests that compile nothing, in about a minute: while you edit"
 	@echo "make bench   the benchmarks, each with its table (minutes)"
 	@echo "make faults  the recorder under faults, each with its table (an hour)"
 	@echo "make docs    the documentation as a site, in build/docs"
@@ -26,6 +29,9 @@ demo: $(VENV)/.installed
 
 test: lint types toolchain
 	$(BIN)/python -m pytest -n auto --dist worksteal
+
+check: lint types
+	$(BIN)/python -m pytest -q -n auto $(CHECKED)
 
 # The firmware's tests run where its compiler and emulator can be installed, those of circuits where ngspice can;
 # elsewhere they skip and say so.
