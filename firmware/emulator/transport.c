@@ -7,11 +7,13 @@
 #include <fcntl.h>
 #include <netinet/tcp.h>
 #include <poll.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <termios.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "bench.h" // interrupted
@@ -155,7 +157,16 @@ transport_wait(int timeout_ms)
         return;
     }
     struct pollfd p = {.fd = connected ? in : listener, .events = POLLIN};
-    poll(&p, 1, timeout_ms);
+    struct timespec most = {timeout_ms / 1000, timeout_ms % 1000 * 1000000L};
+    // A signal that came after the caller looked for one must end the wait, too.
+    sigset_t ends, before;
+    sigemptyset(&ends);
+    sigaddset(&ends, SIGINT);
+    sigaddset(&ends, SIGTERM);
+    sigprocmask(SIG_BLOCK, &ends, &before);
+    if (!interrupted)
+        ppoll(&p, 1, timeout_ms < 0 ? NULL : &most, &before);
+    sigprocmask(SIG_SETMASK, &before, NULL);
 }
 
 int
