@@ -112,7 +112,9 @@ class Solver:
             some = [leaf[begin : begin + WIDTH] for leaf in leaves]
             return self.rows(self._program(some, tree)["drift"])[: len(some[-1])]
 
-        return np.concatenate(side_by_side(part, range(0, len(speeds), WIDTH)))
+        begins = range(0, len(speeds), WIDTH)
+        # What a long log takes in memory is not taken twice.
+        return np.concatenate(side_by_side(part, begins) if self.is_short else [part(begin) for begin in begins])
 
     def residual_of(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(lane, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
