@@ -34,8 +34,6 @@ Call = Callable[[list[Any]], Arrays]
 PACKAGE = Path(__file__).parent
 MOST = 96
 """Programs that a process keeps; more come from the disk again."""
-ARRAY = "array"
-"""In the place of a leaf that is one."""
 PLAIN = (tuple, list, dict, type(None))
 KNOWN = ("jaxmotor", "jax", "equinox")
 """Packages whose classes programs on the disk may hold, beside what is `PLAIN`."""
@@ -53,7 +51,8 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
         leaves = [leaf for leaf in every if _is_array(leaf)]
         if any(isinstance(leaf, Tracer) for leaf in leaves):
             return None
-        static = tuple(ARRAY if _is_array(leaf) else leaf for leaf in every)
+        # None is no leaf of a tree: here it stands for an array.
+        static = tuple(None if _is_array(leaf) else leaf for leaf in every)
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
         # Compared as it is, not printed: printing a large tree takes longer than running its program.
         about = (function, folder, tree, static, shapes, jnp.result_type(float), jax.default_backend())
@@ -61,7 +60,7 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
         def made() -> Call:
             def flat(leaves: list[Any]) -> Arrays:
                 rest = iter(leaves)
-                every = [next(rest) if leaf is ARRAY else leaf for leaf in static]
+                every = [next(rest) if leaf is None else leaf for leaf in static]
                 return function(*jax.tree.unflatten(tree, every))
 
             if folder is None or not _is_ours(tree):

@@ -103,9 +103,9 @@ def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect], bar:
     """Fit each of `bases` with each law that `starts` are of: first those that are linear in what is fitted, whose fits
     are short, given up where chi2 will not come below `bar`; then the others, given up where they will not come near
     to the best motor."""
-    short = [start for start in starts if isinstance(start, (*LEARNED.values(), AbstractStepInTime))]
-    _fit_each(search, bases, short, bar)
-    others = [start for start in starts if not any(start is one for one in short)]
+    short = (*LEARNED.values(), AbstractStepInTime)
+    _fit_each(search, bases, [start for start in starts if isinstance(start, short)], bar)
+    others = [start for start in starts if not isinstance(start, short)]
     _fit_each(search, bases, others, FAR * search.best().chi2)
 
 

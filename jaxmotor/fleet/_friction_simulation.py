@@ -30,9 +30,9 @@ SPLIT = {4: (23, 127, np.int32), 8: (52, 1023, np.int64)}
 class FrictionMotion(NamedTuple):
     """What the shafts did, row by row."""
 
-    speed: Float[Array, "n lane"]
+    speed: Float[Array, "n batch"]
     """At the row [rad/s]."""
-    turn: Float[Array, "n lane"]
+    turn: Float[Array, "n batch"]
     """Angle turned from this row to the next [rad]."""
 
 
@@ -40,19 +40,19 @@ def simulate_friction(
     motor: FirstOrder,
     friction_V: Float[Array, ""],
     dead_zone_V: Float[Array, ""],
-    volts: Float[Array, "n lane"],
-    reset: Bool[Array, "n lane"],
-    initial_speed: Float[Array, "n lane"],
+    volts: Float[Array, "n batch"],
+    reset: Bool[Array, "n batch"],
+    initial_speed: Float[Array, "n batch"],
     duration: Float[Array, ""],
 ) -> FrictionMotion:
-    """Motion under `volts` [V], each held for `duration` [s]. Rows come first: a step takes those of all lanes at once.
+    """Motion under `volts` [V], each held for `duration` [s]. Rows come first: a step takes those of the whole batch at once.
 
     Where `reset` is true an experiment begins, and the motor runs at `initial_speed` [rad/s].
     """
     pole, taken = motor.pole, jnp.abs(motor.gain) * friction_V
     kept = jnp.exp(-pole * duration)
 
-    def row(before: Float[Array, " lane"], given: tuple[Array, ...]) -> tuple[Array, FrictionMotion]:
+    def row(before: Float[Array, " batch"], given: tuple[Array, ...]) -> tuple[Array, FrictionMotion]:
         volts, reset, initial_speed = given
         speed = jnp.where(reset, initial_speed, before)
         target = motor.gain * _beyond(volts, dead_zone_V)

@@ -40,7 +40,12 @@ class Response(NamedTuple):
 
 
 def response(curves: np.ndarray, rows: Rows, half: int) -> Response:
-    """Of each of `curves` (curve, n) [rad/s], smoothed over `half` rows on either side (but for the final speed)."""
+    """Of each of `curves` (curve, n) [rad/s], smoothed over `half` rows on either side (but for the final speed).
+
+    NaN where all rows of the plateau are lost.
+    """
+    if not rows.plateau.any():
+        return Response(*np.full((3, len(curves)), np.nan))
     final = curves[:, tail_of(rows.plateau)].mean(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = (_smooth(curves, rows.plateau, half) - rows.initial) / (final - rows.initial)[:, None]

@@ -8,6 +8,7 @@ import scipy.stats
 from rigs import COUNTS, FULL, PERIOD, SUPPLY, Rig, mean_speed, model, open_loop, recording, step, without
 
 from jaxmotor.validation import validate
+from jaxmotor.validation._response import Rows, measure
 
 COUNT = 2 * np.pi / (COUNTS * PERIOD)
 
@@ -120,3 +121,8 @@ def test_a_step_of_two_rows_is_no_harm():
     groups = validate(model(), recording(*segments, short)).steps
     assert [group.segments for group in groups] == [(0, 1, 2, 3), (4,)]
     assert np.isnan(groups[1].rise_time_s.measured.value)
+
+
+def test_a_plateau_that_was_lost_has_no_response():
+    rows = Rows(0.005 * np.arange(40), np.zeros(40, bool), 0.005, 0.0)
+    assert np.isnan(np.stack(measure(np.ones((3, 40)), rows))).all()
