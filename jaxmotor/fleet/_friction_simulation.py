@@ -45,7 +45,7 @@ def simulate_friction(
     initial_speed: Float[Array, "n batch"],
     duration: Float[Array, ""],
 ) -> FrictionMotion:
-    """Motion under `volts` [V], each held for `duration` [s]. Rows come first: a step takes those of the whole batch at once.
+    """Motion under `volts` [V], each held for `duration` [s]. Rows come first: a step takes all of the batch.
 
     Where `reset` is true an experiment begins, and the motor runs at `initial_speed` [rad/s].
     """
