@@ -2,13 +2,15 @@
 
 import itertools
 from collections.abc import Collection, Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from scipy.optimize import minimize
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect
 
 SAID = (0.0, 0.05, 0.2, 0.5, 0.8, 0.95, np.inf)
+LEFT = (0.0, 1e-9, 1e-3, 1e-2, 0.1, np.inf)
 SUREST = 1e-3
 """As which probabilities nearer to 0 or 1 count in the log loss: so far nobody has tested them."""
 Said = list[tuple[float, bool]]
@@ -29,7 +31,7 @@ def alike(one: FoundEffect) -> list[str]:
 
 def is_found(hidden: HasTruth, found: Diagnosis) -> bool:
     """Each hidden effect is named or an alternative, and nothing else is named."""
-    named = [alike(one) for one in found.effects]
+    named = [alike(one) for one in found.effects if one.is_named]
     return len(named) == len(hidden.truth) and all(any(name in one for one in named) for name in hidden.truth)
 
 
@@ -54,6 +56,42 @@ def bins(said: Said) -> Sequence[tuple[str, int, int]]:
         inside = [true for probability, true in said if low <= probability < high]
         rows.append((f"{low:g} to {high:.2g}", sum(inside), len(inside)))
     return rows
+
+
+class Certain(NamedTuple):
+    """An effect that was found."""
+
+    left: float
+    """`FoundEffect.left`."""
+    right: bool
+    """It is there, or what it may as well be."""
+    family: bool
+    """One of its family is."""
+
+
+def by_what_is_left(found: Sequence[Certain]) -> Sequence[tuple[str, int, int, int]]:
+    """Range of shares left, how many effects are right, how many of their families are, and how many there are."""
+    rows = []
+    for low, high in itertools.pairwise(LEFT):
+        inside = [one for one in found if low <= one.left < high]
+        right, family = sum(one.right for one in inside), sum(one.family for one in inside)
+        rows.append(("none" if high < 1e-6 else f"{low:g} to {min(high, 1):g}", right, family, len(inside)))
+    return rows
+
+
+def logistic(left: Sequence[float], true: Sequence[bool]) -> tuple[float, float]:
+    """half, power of the probability 1 / (1 + (left / half)^power) by maximum likelihood, with priors of two decades
+    about 0.1 and of a factor of two about 1; where the share left is none, nothing is said."""
+    share = np.array([one for one in left if one > 0])
+    so = np.array([one for one, some in zip(true, left, strict=True) if some > 0])
+
+    def loss(free: np.ndarray) -> float:
+        odds = np.exp(free[1]) * (np.log(share) - free[0])
+        prior = ((free[0] - np.log(0.1)) / np.log(100)) ** 2 + (free[1] / np.log(2)) ** 2
+        return float(np.logaddexp(0, np.where(so, odds, -odds)).sum() + 0.5 * prior)
+
+    half, power = np.exp(minimize(loss, [np.log(0.1), 0.0], method="Nelder-Mead").x)
+    return float(half), float(power)
 
 
 def calibration(said: Said) -> str:

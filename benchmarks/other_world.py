@@ -16,14 +16,14 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from _calibration import Said, alike, bins, is_found, log_loss, told
+from _calibration import Certain, Said, alike, bins, by_what_is_left, is_found, log_loss, logistic, told
 from _second_laws import OUTSIDE, VOCABULARY, several
 from second_world import LEVEL, Asked, Question, draw_questions
 
 from jaxmotor import JaxmotorError, diagnose
 from jaxmotor.cli._runtime import prepare_jax
 from jaxmotor.diagnosis import Diagnosis
-from jaxmotor.motor.effects import LEARNED
+from jaxmotor.motor.effects import EFFECTS, LEARNED
 from jaxmotor.recording import write
 
 PARTS = ("one", "several", "nothing", "without", "outside")
@@ -57,6 +57,7 @@ class Tally:
     number: int = 0
     said: Said = dataclasses.field(default_factory=list)
     named: Said = dataclasses.field(default_factory=list)
+    certain: list[Certain] = dataclasses.field(default_factory=list)
 
 
 def main() -> None:
@@ -144,6 +145,7 @@ def _one(part: str, question: Question, tally: Tally) -> None:
     for one in found.effects:
         if one.name not in spared:
             tally.named.append((one.family_probability, bool(set(alike(one)) & question.truth)))
+    tally.certain += _certain(part, question, found)
     print(_row(question, found, right, seconds), flush=True)
     if not right:
         print(f"<!-- {question} -->", flush=True)
@@ -158,12 +160,26 @@ def _spared(part: str, question: Question) -> set[str]:
 
 
 def _wrong(part: str, question: Question, found: Diagnosis) -> list[str]:
-    """Names that stand for nothing that was hidden; a learned law is no name."""
-    right = question.truth | _spared(part, question)
-    if part == "without":
-        right = _of(EQUALS, question.asked.kinds)
-    causes = [one for one in found.effects if one.name not in LEARNED]
+    """Effects that are told as causes and stand for nothing that was hidden; a learned law is no name."""
+    right = _right(part, question)
+    causes = [one for one in found.effects if one.name not in LEARNED and one.is_named]
     return [one.name for one in causes if not set(alike(one)) & right]
+
+
+def _right(part: str, question: Question) -> set[str]:
+    """Names that stand for something that was hidden."""
+    if part == "without":
+        return _of(EQUALS, question.asked.kinds)
+    return set(question.truth) | _spared(part, question)
+
+
+def _certain(part: str, question: Question, found: Diagnosis) -> list[Certain]:
+    """Of each known effect that was found, named or not."""
+    right = _right(part, question)
+    hidden = {*question.truth, *question.asked.kinds, *_of(RELATIVES, question.asked.kinds)}
+    families = {EFFECTS[name].family for name in hidden if name in EFFECTS}
+    causes = [one for one in found.effects if one.name not in LEARNED]
+    return [Certain(one.left, bool(set(alike(one)) & right), one.effect.family in families) for one in causes]
 
 
 def _of(table: dict[str, set[str]], kinds: Iterable[str]) -> set[str]:
@@ -200,8 +216,21 @@ def _summary(tallies: dict[str, Tally]) -> None:
     named = [one for tally in tallies.values() for one in tally.named]
     for (name, true, number), (_, good, all_named) in zip(bins(said), bins(named), strict=True):
         print(f"| {name} | {true} of {number} | {good} of {all_named} |")
+    _certainty([one for tally in tallies.values() for one in tally.certain])
     if said:
         print(f"\nlog loss {log_loss(said):.3f} of {len(said)} probabilities")
+
+
+def _certainty(certain: list[Certain]) -> None:
+    """The table and the constants of `jaxmotor/diagnosis/_certainty.py`."""
+    print("\n| left unexplained of what an effect could explain | right | its family is | effects |\n|---|---|---|---|")
+    for name, right, family, number in by_what_is_left(certain):
+        print(f"| {name} | {right} | {family} | {number} |")
+    if any(one.left > 0 for one in certain):
+        left = [one.left for one in certain]
+        for what, true in (("names", [one.right for one in certain]), ("families", [one.family for one in certain])):
+            half, power = logistic(left, true)
+            print(f"\n{what}: 1 / (1 + (left / {half:.3g})^{power:.2g})")
 
 
 if __name__ == "__main__":

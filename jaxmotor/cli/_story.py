@@ -11,7 +11,7 @@ from jaxmotor.words import (
     LOOP,
     allowing,
     bracket,
-    likely,
+    cause,
     looks_like,
     loop_of,
     may_be,
@@ -67,7 +67,7 @@ def _wrong(diagnosis: Diagnosis) -> list[str]:
 
 
 def _why(diagnosis: Diagnosis) -> list[str]:
-    lines = [f"{found.name}{likely(found)}: {sentence(found)}" for found in diagnosis.named]
+    lines = [f"{cause(found)}: {sentence(found)}" for found in diagnosis.named]
     left = looks_like(diagnosis)
     return lines if left is None else [*lines, left]
 

@@ -9,13 +9,14 @@ import numpy as np
 from jaxmotor._arguments import check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
+from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME
 from jaxmotor.diagnosis._curves import learned_laws
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
 from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._extension import extended
-from jaxmotor.diagnosis._found import EXPLAINED, FINE, Found, enough
+from jaxmotor.diagnosis._found import EXPLAINED, FINE, NONE, Found, Named, enough
 from jaxmotor.diagnosis._free import linear_of, of_motor
 from jaxmotor.diagnosis._held_out import HeldOut, hold_out, worth_of
 from jaxmotor.diagnosis._joint import joint_covariance
@@ -89,7 +90,7 @@ def diagnose(
     )
     after, left, left_looks = _left(study, found.fitted, seed) if found.named else (before, missing, found_looks)
     if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
-        found, after, left, left_looks = Found(linear, linear, (), {}), before, missing, found_looks
+        found, after, left, left_looks = Found(linear, linear, (), {}, {}), before, missing, found_looks
     held = hold_out(study, found)
     request.tell(3)
     verdict = _verdict(study, found, held, found_looks, left, left_looks)
@@ -113,7 +114,8 @@ def diagnose(
         joint=joint_covariance(found.fitted, spread, rig_of(study.recording, study.trial)),
         effects=causes,
         disturbances=tuple(one for one in every if one not in causes),
-        probabilities=found.probabilities,
+        probabilities=_probabilities(found, every),
+        families=_families(found, every),
         verdict="unexplained" if undecided else verdict,
         held_out=worth_of(held.segments, held.before, held.after, seed),
         whole=worth_of(fit.fitted, before, after, seed),
@@ -206,7 +208,7 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
     errors = effect_errors(found.fitted, spread, rig)
     effects = []
     rivals = _rivals(held, found)
-    probability = {named.name: (named.probability, named.with_equal) for named in found.named}
+    about = {named.name: named for named in found.named}
     for effect, error in zip(found.fitted.motor.effects, errors, strict=True):
         if isinstance(effect, OF_LOG):
             continue
@@ -214,10 +216,40 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
             error["moment_s"] = moment_error(study.solver, found.fitted, effect, rig)
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
-        effects.append(
-            FoundEffect(effect, error, gain, rivals[effect.name], _unknown(effect, error), *probability[effect.name])
-        )
+        sure = _sureness(about[effect.name], found.families.get(effect.family, 0.0))
+        effects.append(FoundEffect(effect, error, gain, rivals[effect.name], _unknown(effect, error), **sure))
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
+
+
+def _sureness(named: Named, of_family: float) -> dict[str, float]:
+    """The probabilities of a `FoundEffect`; `of_family` that any effect of its family is there, by weights alone."""
+    name, family = OF_NAME(named.left), OF_FAMILY(named.left)
+    with_equal = name * named.with_equal
+    return {
+        "probability": name * named.probability,
+        "family_probability": with_equal,
+        "of_family": max(family * of_family, with_equal) if of_family else 0.0,
+        "left": named.left,
+    }
+
+
+def _probabilities(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]:
+    """Of each effect that was tried and of `none`, the largest first."""
+    sure = OF_NAME(found.left)
+    each = {name: share if name == NONE else sure * share for name, share in found.probabilities.items()}
+    return _falling(each | {one.name: one.probability for one in effects} if each else each)
+
+
+def _families(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]:
+    """Of each family of effects, the largest first."""
+    each = {family: OF_FAMILY(found.left) * share for family, share in found.families.items()}
+    for one in effects:
+        each[one.effect.family] = max(each.get(one.effect.family, 0.0), one.of_family)
+    return _falling({family: share for family, share in each.items() if family})
+
+
+def _falling(shares: dict[str, float]) -> dict[str, float]:
+    return dict(sorted(shares.items(), key=lambda item: -item[1]))
 
 
 def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:

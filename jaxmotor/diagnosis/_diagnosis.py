@@ -7,6 +7,7 @@ import numpy as np
 
 from jaxmotor._shown import Row, Shown
 from jaxmotor.diagnosis._experiment import Experiment
+from jaxmotor.diagnosis._found import NAMED
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._looks import Coordinate, Look
 from jaxmotor.diagnosis._loops import LoopGain
@@ -79,6 +80,16 @@ class FoundEffect:
     """The same of it or of any rival that is inseparable."""
     curve: LearnedLaw | None = None
     """Where it was learned as a curve."""
+    of_family: float = 0.0
+    """Probability of it or of any effect of its family."""
+    left: float = 0.0
+    """Of the residual that the motor without it leaves, beside the noise, the share that stays unexplained with it:
+    where it is large, the effect may only imitate another one, and the probabilities allow for that."""
+
+    @property
+    def is_named(self) -> bool:
+        """It is told as a cause: it, or what it may as well be, is more likely than not. Otherwise its family is."""
+        return self.family_probability >= NAMED
 
     @property
     def name(self) -> str:
@@ -155,6 +166,8 @@ class Diagnosis(Shown):
     probabilities: dict[str, float]
     """Of each effect that was tried, and of `none`, the largest first; nothing where a disturbance from outside lets
     none be trusted."""
+    families: dict[str, float]
+    """The same of each family of effects."""
     verdict: Verdict
     """`complete`: nothing is left over; `extended`: nothing beside the effects; `unexplained`: something is, or the
     input leaves open what it could be (`undecided`); see `looks_like`."""
@@ -237,7 +250,8 @@ class Diagnosis(Shown):
         return diagnosis_figures(self)
 
     def _title(self) -> str:
-        named = ", ".join(found.name for found in self.effects) or "no effect"
+        each = [found.name if found.is_named else f"perhaps {found.name}" for found in self.effects]
+        named = ", ".join(each) or "no effect"
         return f"Diagnosis of {self.recording}: {self.verdict}, {named} (± is 95 %)"
 
     def _rows(self) -> tuple[Row, ...]:

@@ -6,7 +6,6 @@ effects that only imitated it, those go.
 """
 
 import itertools
-import math
 from collections.abc import Callable, Iterable, Sequence
 
 from jaxmotor.diagnosis._found import COARSE, Found
@@ -15,7 +14,7 @@ from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._score_test import best_beside
-from jaxmotor.diagnosis._search import FAR, GROWS, Search
+from jaxmotor.diagnosis._search import FAR, GROWS, LEAST, Search
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import LEARNED, AbstractDisturbance, AbstractEffect, AbstractStepInTime, parameters
@@ -37,10 +36,13 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
 
     def last(own: Fitted) -> None:
         starts = _starts(search, own, seen(own))
-        _try(search, [own] if own is search.linear else [own, search.linear], starts)
+        _try(search, [own], starts, search.least(own, LEAST))
+        search.again([own])
+        if own is not search.linear:
+            _try(search, [search.linear], starts, own.chi2)
         helpful = [start for start in starts if _helps(search, own, start)]
         if helpful:
-            _try(search, search.without_each(own), helpful)
+            _try(search, search.without_each(own), helpful, search.best().chi2)
 
     found = search.run(last)
     if is_explained(found.fitted):
@@ -99,14 +101,14 @@ def _helps(search: Search, own: Fitted, start: AbstractEffect) -> bool:
     return max(having) > GROWS * max(weight.values())
 
 
-def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect], bar: float = math.inf) -> None:
+def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect], bar: float) -> None:
     """Fit each of `bases` with each law that `starts` are of: first those that are linear in what is fitted, whose fits
     are short, given up where chi2 will not come below `bar`; then the others, given up where they will not come near
-    to the best motor."""
+    to the best motor, either."""
     short = (*LEARNED.values(), AbstractStepInTime)
     _fit_each(search, bases, [start for start in starts if isinstance(start, short)], bar)
     others = [start for start in starts if not isinstance(start, short)]
-    _fit_each(search, bases, others, FAR * search.best().chi2)
+    _fit_each(search, bases, others, min(bar, FAR * search.best().chi2))
 
 
 def _fit_each(search: Search, bases: list[Fitted], starts: Sequence[AbstractEffect], bar: float) -> None:

@@ -11,6 +11,10 @@ EXPLAINED = 1.15
 COARSE = 2e-4
 """Part of chi2 that a step of a fit must promise while effects are compared; `FINE` once they are chosen."""
 FINE = 1e-6
+NONE = "none"
+"""In the place of an effect's name: the linear motor."""
+NAMED = 0.5
+"""Probability, of it or what it may as well be, from which an effect is named."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -26,6 +30,8 @@ class Named:
     """The same with effects that are not told from it."""
     equal: frozenset[str]
     """The same: effects of `rivals` that blocks left out do not tell from it."""
+    left: float
+    """Of the residual that a motor without it leaves, beside the noise, the share that stays unexplained with it."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -38,6 +44,19 @@ class Found:
     probabilities: dict[str, float]
     """Of each effect that was tried, the sum of the weights of all models that have it, the largest first; of `none`,
     the linear motor's weight. Nothing where none is trusted."""
+    families: dict[str, float]
+    """The same of each family of effects that was tried."""
+
+    @property
+    def left(self) -> float:
+        """Of the residual that the linear motor leaves, beside the noise, the share that stays unexplained."""
+        return share_left(self.fitted, self.linear)
+
+
+def share_left(fitted: Fitted, shorter: Fitted) -> float:
+    """Of the mean square that `shorter` leaves beside the noise, the share that `fitted` leaves unexplained."""
+    unexplained = max(fitted.chi2 - enough(fitted, EXPLAINED), 0.0)
+    return min(unexplained / max(shorter.chi2 - 1, unexplained), 1.0) if unexplained else 0.0
 
 
 def enough(fitted: Fitted, otherwise: float) -> float:

@@ -12,7 +12,7 @@ from jaxmotor.diagnosis._missing import MissingVolts
 from jaxmotor.estimate import open_to_json
 from jaxmotor.validation import Interval
 
-FORMAT = 1
+FORMAT = 2
 
 
 def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -28,6 +28,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         **open_to_json(diagnosis.open_hypotheses, diagnosis.allowed),
         "undecided": diagnosis.undecided,
         "probabilities": {name: min(value, 1.0) for name, value in diagnosis.probabilities.items()},
+        "families": {name: min(value, 1.0) for name, value in diagnosis.families.items()},
         "effects": [_effect(found) for found in diagnosis.effects],
         "disturbances": [_effect(found) for found in diagnosis.disturbances],
         "timing": None if diagnosis.timing is None else dataclasses.asdict(diagnosis.timing),
@@ -60,6 +61,10 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
         "not_identifiable": list(found.unknown),
         "probability": min(found.probability, 1.0),
         "family_probability": min(found.family_probability, 1.0),
+        "named": found.is_named,
+        "family": found.effect.family or None,
+        "of_family_probability": min(found.of_family, 1.0),
+        "unexplained_share": found.left,
     }
 
 

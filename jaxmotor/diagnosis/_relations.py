@@ -15,7 +15,7 @@ COUNTED = 4
 """Parameters that are paid for: what a curve's further freedom costs, blocks left out show."""
 
 Kind = type[AbstractEffect]
-Family = tuple[str, ...]
+Group = tuple[str, ...]
 
 
 class Relations:
@@ -23,7 +23,7 @@ class Relations:
 
     def __init__(self, known: Mapping[str, Kind]):
         self.known = known
-        self.families = families(known.values())
+        self.alike = groups(known.values())
         tried = [effect for effect in known.values() if effect.always_tried]
         self.always = tuple(effect.name for effect in sorted(tried, key=lambda effect: effect.rarity))
         """Effects that are fitted beside the linear motor whatever their scores, the usual ones first."""
@@ -37,9 +37,14 @@ class Relations:
         """The special cases of an effect."""
         return tuple(simple for simple in self.known[name].contains if simple in self.known)
 
-    def kin(self, name: str) -> Family:
+    def kin(self, name: str) -> Group:
         """The effects that are alike, with the effect itself; none where it is alone."""
-        return next((family for family in self.families if name in family), ())
+        return next((group for group in self.alike if name in group), ())
+
+    def families(self) -> dict[str, Group]:
+        """The effects of each family (`AbstractEffect.family`)."""
+        of = {name: effect.family for name, effect in self.known.items() if effect.family}
+        return {family: tuple(name for name in of if of[name] == family) for family in dict.fromkeys(of.values())}
 
     def barred(self, effects: Iterable[AbstractEffect]) -> set[str]:
         """Effects that cannot be in a motor with `effects`."""
@@ -64,13 +69,13 @@ def is_same(one: Kind, other: Kind) -> bool:
     return one.name in other.same_as or other.name in one.same_as
 
 
-def families(effects: Iterable[Kind]) -> tuple[Family, ...]:
-    """Names of effects that are alike, in the order in which they are stated; no name is in two families."""
-    found: list[Family] = []
+def groups(effects: Iterable[Kind]) -> tuple[Group, ...]:
+    """Names of effects that are alike, in the order in which they are stated; no name is in two groups."""
+    found: list[Group] = []
     for effect in effects:
         if effect.kin:
             own = (effect.name, *effect.kin)
-            near = [family for family in found if set(family) & set(own)]
-            joined = tuple(dict.fromkeys(name for family in (*near, own) for name in family))
-            found = [*(family for family in found if family not in near), joined]
+            near = [group for group in found if set(group) & set(own)]
+            joined = tuple(dict.fromkeys(name for group in (*near, own) for name in group))
+            found = [*(group for group in found if group not in near), joined]
     return tuple(found)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from jaxmotor.diagnosis._evidence import NOTHING, Evidence, evidence, weights
-from jaxmotor.diagnosis._found import COARSE, EXPLAINED, FINE, NEARLY, Found, Named, enough
+from jaxmotor.diagnosis._found import COARSE, EXPLAINED, FINE, NAMED, NEARLY, NONE, Found, Named, enough, share_left
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._polish import polished
@@ -34,8 +34,6 @@ NEAR = 0.2
 GROWS, HOPELESS = 0.3, 0.02
 """Part of the best model's weight that the best of a size must have for larger ones to be sought, and that each must
 have to be extended."""
-NAMED = 0.5
-"""Probability, of it or what it may as well be, from which an effect is named."""
 EQUAL = 0.1
 """Part of a model's weight from which another one is not told from it."""
 LEAST, SHARE = 0.1, 0.5
@@ -51,7 +49,6 @@ HINT = 0.5
 """Part of `NOTHING` that a score must promise where the noise is known and not much else is left."""
 CONTESTS = 3
 
-NONE = "none"
 Names = frozenset[str]
 
 
@@ -66,6 +63,8 @@ class Search:
         self.tried: set[Names] = set()
         self.shared: set[Names] = set()
         """Models of which an effect's size has been shared with its kin."""
+        self.shortened: list[Fitted] = []
+        """Those whose effects have been left out in turn."""
         self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
         self.own = frozenset(linear.names)
         """What is the log's: no candidate, and no cause."""
@@ -105,7 +104,8 @@ class Search:
             fitted = better
         fitted = self._known(self._likely(fitted))
         named = tuple(self._named(fitted, name) for name in self._causes(fitted))
-        return Found(self.linear, self._refined(fitted) if named else self.linear, named, self._probabilities())
+        last = self._refined(fitted) if named else self.linear
+        return Found(self.linear, last, named, self._probabilities(), self._families())
 
     def _simpler(self, names: Names) -> list[Names]:
         """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
@@ -129,18 +129,23 @@ class Search:
 
     def probability(self, *effects: str) -> float:
         """Of any of these `effects`: the sum over the models that have one."""
-        return sum(weight for names, weight in self.weights().items() if names.intersection(effects))
+        return sum((weight for names, weight in self.weights().items() if names.intersection(effects)), 0.0)
 
     def _probabilities(self) -> dict[str, float]:
         tried = {name for names in self.visited for name in names - self.own}
         each = {NONE: self.weights()[self.own]} | {name: self.probability(name) for name in tried}
         return dict(sorted(each.items(), key=lambda item: -item[1]))
 
+    def _families(self) -> dict[str, float]:
+        """Probability of each family of effects: the sum over the models that have one of it."""
+        each = {family: self.probability(*names) for family, names in self.relations.families().items()}
+        return dict(sorted(each.items(), key=lambda item: -item[1]))
+
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
         bases = self.without_each(fitted)
         # A curve leaves little to imitate, and each further effect beside one takes long.
-        self._extend([base for base in bases if not _is_learned(base)], LATER)
+        self._extend([base for base in bases if not _is_learned(base)], LATER, FAR * fitted.chi2)
         swapped = [(fitted, motor) for motor in self._likewise(fitted, beside=False)]
         # Of two that are alike one may do the work of a third.
         for base in bases:
@@ -162,11 +167,12 @@ class Search:
             motors += [with_effect(rest, _sized(other, size)) for other in others]
         return motors
 
-    def _fit(self, near: Fitted, motor: Motor) -> Fitted:
-        return self.solver.fit(motor, near.speeds, COARSE)
+    def _fit(self, near: Fitted, motor: Motor, bar: float = math.inf) -> Fitted:
+        return self.solver.fit(motor, near.speeds, COARSE, bar=bar)
 
-    def _extend(self, bases: list[Fitted], most: int) -> None:
-        """Fit each of `bases` with one of `most` candidates more."""
+    def _extend(self, bases: list[Fitted], most: int, bar: float = math.inf) -> None:
+        """Fit each of `bases` with one of `most` candidates more; fits whose chi2 will not come below `bar`, or not as
+        far below the base's as an effect must bring it, are given up."""
         tasks: dict[Names, tuple[Fitted, list[Candidate]]] = {}
         shared: list[tuple[Fitted, Motor]] = []
         for base in bases:
@@ -186,9 +192,22 @@ class Search:
                 shared += [(base, motor) for motor in self._likewise(base, beside=True)]
         self.tried.update(tasks)
         self.shared.update(frozenset(base.names) for base, _ in shared)
-        found = self._fitted(tasks)
+        found = self._fitted(tasks, bar)
         self.keep(found + side_by_side(lambda task: self._fit(*task), shared))
         self.keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
+        self.again(bases)
+
+    def again(self, bases: list[Fitted]) -> None:
+        """Fit each of `bases` once more, from where the best of its extensions ended: a law that takes up little may
+        still have led gain, pole and the other effects out of a local minimum."""
+        best = {base: min(self._longer(base), key=lambda one: one.chi2, default=base) for base in bases}
+        led = [(base, one) for base, one in best.items() if one.chi2 < self.least(base, LEAST)]
+        self.keep(side_by_side(lambda pair: self._fit(pair[1], _common(*pair), pair[0].chi2), led))
+
+    def _longer(self, base: Fitted) -> list[Fitted]:
+        """Models with one effect more than `base`."""
+        names = frozenset(base.names)
+        return [one for own, one in self.visited.items() if names < own and len(own) == len(names) + 1]
 
     def _leaders(self, base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: tuple[str, ...]) -> list[str]:
         """`most` effects by their scores, few of them alike, and `also` these."""
@@ -201,19 +220,30 @@ class Search:
                 chosen.append(name)
         return chosen + [name for name in also if name in order and name not in chosen]
 
-    def _fitted(self, tasks: dict[Names, tuple[Fitted, list[Candidate]]]) -> list[Fitted]:
+    def _fitted(self, tasks: dict[Names, tuple[Fitted, list[Candidate]]], bar: float) -> list[Fitted]:
         """The best fit of each of `tasks`. Laws of two inertias take long: where another effect leaves but the known
         noise, they are fitted only if their scores come near to the best one's, and left early."""
 
-        def fit(chosen: list[Names], bar: float = math.inf) -> list[Fitted]:
-            return side_by_side(lambda names: self._best_of(*tasks[names], bar), chosen)
+        def fit(chosen: list[Names], bar: float = bar) -> list[Fitted]:
+            return side_by_side(lambda names: self._best_of(*tasks[names], min(bar, self._bar(*tasks[names]))), chosen)
 
         two = [names for names, (_, starts) in tasks.items() if isinstance(starts[0].effect, AbstractLoadEffect)]
         found = fit([names for names in tasks if names not in two])
         if not (self.solver.noise_known and any(one.chi2 < NEARLY for one in found)):
             return found + fit(two)
         gain = {names: base.chi2 - starts[0].chi2 for names, (base, starts) in tasks.items()}
-        return found + fit([names for names in two if gain[names] > LIKELY * max(gain.values())], FAR)
+        return found + fit([names for names in two if gain[names] > LIKELY * max(gain.values())], min(bar, FAR))
+
+    def _bar(self, base: Fitted, starts: list[Candidate]) -> float:
+        """chi2 above which the first of `starts` takes too little up of what `base` leaves. Any law that is alone may
+        be half of a pair."""
+        alone = base is self.linear or any(name not in base.names for name in starts[0].effect.beside)
+        return math.inf if alone else self.least(base, LEAST)
+
+    def least(self, base: Fitted, share: float) -> float:
+        """chi2 of a motor that takes up a `share` of what `base` leaves: beside the noise, where that is known."""
+        noise = min(base.chi2, 1.0) if self.solver.noise_known else 0.0
+        return base.chi2 - share * (base.chi2 - noise)
 
     def _best_of(self, base: Fitted, starts: list[Candidate], bar: float = math.inf) -> Fitted:
         """`base` with the effect, fitted from its best starts of different shape; given up where chi2 will hardly come
@@ -237,12 +267,16 @@ class Search:
         """`fitted` without each of its effects in turn."""
         causes = self._causes(fitted)
         rest = [frozenset(fitted.names) - {name} for name in causes]
-        new = [name for name, names in zip(causes, rest, strict=True) if names not in self.visited]
-        self.keep(side_by_side(lambda name: self._shorter(fitted, name), new))
+        if fitted not in self.shortened:
+            # Also those that are known: from here a fit may end in a lower minimum than it did.
+            self.shortened.append(fitted)
+            self.keep(side_by_side(lambda name: self._shorter(fitted, name), causes))
         return [self.visited[names] for names in rest if names in self.visited]
 
     def _shorter(self, fitted: Fitted, name: str) -> Fitted:
-        return self._fit(fitted, without_effect(fitted.motor, name))
+        known = self.visited.get(frozenset(fitted.names) - {name})
+        bar = math.inf if known is None else known.chi2
+        return self._fit(fitted, without_effect(fitted.motor, name), bar)
 
     def _known(self, fitted: Fitted) -> Fitted:
         """`fitted`, or one with a known law in the place of a learned one that contains it, where that explains all
@@ -282,7 +316,9 @@ class Search:
         equal = [names for names in others if weight[names] > EQUAL * weight[frozenset(fitted.names)]]
         alike = frozenset(other for names in equal for other in names - rest)
         rivals = tuple(self.visited[names] for names in others)
-        return Named(name, rivals, self.probability(name), self.probability(name, *alike), alike)
+        probability = (self.probability(name), self.probability(name, *alike))
+        left = share_left(fitted, self.visited[rest]) if rest in self.visited else 0.0
+        return Named(name, rivals, *probability, alike, left)
 
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         """The candidates' columns at about the gain and pole of `base`."""
@@ -310,6 +346,12 @@ class Search:
 
 def _names(motor: Motor) -> Names:
     return frozenset(effect.name for effect in motor.effects)
+
+
+def _common(base: Fitted, longer: Fitted) -> Motor:
+    """The motor of `longer` without the effect that `base` has not."""
+    [name] = set(longer.names) - set(base.names)
+    return without_effect(longer.motor, name)
 
 
 def _is_learned(fitted: Fitted) -> bool:

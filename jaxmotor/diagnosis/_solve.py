@@ -8,6 +8,7 @@ columns of a Jacobian side by side, and is used again for every step, every star
 import dataclasses
 import functools
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import jax
@@ -37,8 +38,8 @@ SHORT = 200_000
 fifty times that a motor is simulated in its fit, as long as it takes to compile a program without them."""
 WIDTH = 8
 """Motors that a program simulates side by side; more are several calls, of which as many run as there are cores."""
-SHARES = 0.5 ** np.arange(1, 17)
-"""Of a step that went too far."""
+SHARES, SHORTER = 0.5 ** np.arange(8), np.geomspace(1e-3, 1e5, 8)
+"""Of a step that goes too far; and dampings, relative to the balanced normal equations, of others in its place."""
 DAMPINGS = 1e-9 + np.geomspace(1e-4, 1e6, 21)
 DAMPING = 1e-9
 """Of the balanced normal equations, for what the recording does not show."""
@@ -221,8 +222,8 @@ class Solver:
             tried = [_boxed(normal, right, low, high), _damped(normal, right, low, high)]
             step = max(tried, key=lambda one: _gain(normal, right, one))
         initial = square_of(at.residual) - square_of(residual)
-        speeds = None if shift is None else -shift[:, 0] - shift[:, 1:] @ step
-        return _Step(step, speeds, *(_gain(normal, right, one) + initial for one in (step, whole)))
+        damped = np.clip(solve_balanced(normal, right, SHORTER[:, None, None]), low, high)
+        return _Step(step, damped, shift, *(_gain(normal, right, one) + initial for one in (step, whole)))
 
     def _project(self, columns: np.ndarray, starts: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
         """`columns` (n, c) without what initial speeds explain, and the speeds (k, c) that explain it."""
@@ -231,18 +232,13 @@ class Solver:
         return without_initial_speeds(columns, starts, self.piece, self.pieces)
 
     def _moved(self, motor: Motor, at: "_At", step: "_Step", layout: Layout) -> "_At | None":
-        """`at` after the step, or after the best part of it; None where no part of it helps."""
-
-        def after(share: float) -> tuple[np.ndarray, np.ndarray]:
-            speeds = at.speeds if step.speeds is None else at.speeds + share * step.speeds
-            return at.free + share * step.free, speeds
-
+        """`at` after the step, or after the best of the shorter ones; None where none of them helps."""
         before = self._cost(at, layout)
-        free, speeds = after(1.0)
-        new = _At(free, speeds, *self.linearise(motor, free, speeds))
-        if self._cost(new, layout) < before:
-            return new
-        trials = [after(float(share)) for share in SHARES]
+        trials = [(at.free + one, at.speeds + speeds) for one, speeds in step.shorter()]
+        if not at.shortened:
+            whole = _At(*trials[0], *self.linearise(motor, *trials[0]))
+            if self._cost(whole, layout) < before:
+                return whole
         frees, starts = (np.stack(column) for column in zip(*trials, strict=True))
         found = self.residuals(motors_at(motor, frees), starts)
         costs = np.array(
@@ -251,8 +247,7 @@ class Solver:
         best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
         if not costs[best] < before:
             return None
-        free, speeds = trials[best]
-        return _At(free, speeds, *self.linearise(motor, free, speeds))
+        return _At(*trials[best], *self.linearise(motor, *trials[best]), shortened=best > 0)
 
     def _cost(self, at: "_At", layout: Layout) -> float:
         return square_of(at.residual) + _prior(at.free, layout)
@@ -265,16 +260,32 @@ class _At:
     residual: np.ndarray
     jacobian: np.ndarray
     column: np.ndarray | None
+    shortened: bool = False
+    """The step that led here had to be: the next one may have to be, too."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class _Step:
     free: np.ndarray
-    speeds: np.ndarray | None
+    damped: np.ndarray
+    """(k, p) steps in its place where it goes too far."""
+    shift: np.ndarray | None
+    """(pieces, 1 + p) by how much initial speeds would have to move for the residual and for each free number."""
     promise: float
     """By how much the linearisation lowers the cost."""
     hope: float
     """The same if a step might go as far as it likes."""
+
+    def shorter(self) -> Iterator[tuple[np.ndarray, np.ndarray | float]]:
+        """The step, parts of it, and steps that are damped more and more (Levenberg-Marquardt)."""
+        for share in SHARES:
+            yield share * self.free, share * self.speeds(self.free)
+        for step in self.damped:
+            yield step, self.speeds(step)
+
+    def speeds(self, step: np.ndarray) -> np.ndarray | float:
+        """(k,) by how much initial speeds move with a `step` of the free numbers [rad/s]."""
+        return 0.0 if self.shift is None else -self.shift[:, 0] - self.shift[:, 1:] @ step
 
 
 def _boxed(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

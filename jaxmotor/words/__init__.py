@@ -9,6 +9,7 @@ from jaxmotor._numbers import with_error as with_error
 from jaxmotor._sentences import printable as printable
 from jaxmotor.estimate import allowing as allowing
 from jaxmotor.words._effects import capital as capital
+from jaxmotor.words._effects import family_of as family_of
 from jaxmotor.words._effects import law as law
 from jaxmotor.words._effects import named as named
 from jaxmotor.words._effects import scaled as scaled
@@ -16,10 +17,10 @@ from jaxmotor.words._effects import sentence as sentence
 from jaxmotor.words._effects import spoken as spoken
 from jaxmotor.words._findings import LOOP as LOOP
 from jaxmotor.words._findings import RPM as RPM
+from jaxmotor.words._findings import cause as cause
 from jaxmotor.words._findings import either as either
 from jaxmotor.words._findings import equals as equals
 from jaxmotor.words._findings import floor as floor
-from jaxmotor.words._findings import likely as likely
 from jaxmotor.words._findings import looks_like as looks_like
 from jaxmotor.words._findings import loop_of as loop_of
 from jaxmotor.words._findings import may_be as may_be

@@ -19,6 +19,17 @@ FRIENDLY = {
     "1/V²": (1e4, "%"),  # at 10 V, as CubicDrive says it
 }
 """What a parameter's unit becomes: factor and name."""
+FAMILIES = {
+    "friction": "friction or a loss like it",
+    "lag": "a lag",
+    "drive": "a drive that gives less than commanded",
+    "direction": "a difference between the directions",
+    "drag": "drag",
+    "angle": "something that depends on the shaft's angle",
+    "inertia": "a second inertia",
+    "counts": "lost counts",
+}
+"""Families of effects as words."""
 ONE_IS_LARGE = {"V", "s"}
 """Units in which larger values stay."""
 
@@ -57,6 +68,11 @@ def capital(text: str) -> str:
 def named(effect: str) -> str:
     """An effect's name as words."""
     return effect.replace("_", " ").replace("coulomb", "Coulomb")
+
+
+def family_of(effect: AbstractEffect) -> str:
+    """The effect's family as words; an unknown law where it has none."""
+    return FAMILIES.get(effect.family, effect.family) or "an unknown law"
 
 
 def spoken(text: str) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
 from jaxmotor.estimate import Noise
 from jaxmotor.recording import ranges
-from jaxmotor.words._effects import named
+from jaxmotor.words._effects import family_of, named
 
 RPM = 60 / (2 * math.pi)
 """rpm in one rad/s."""
@@ -72,20 +72,24 @@ def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
     return "; ".join(told) if told else None
 
 
-def likely(found: FoundEffect) -> str:
-    """The effect's probability, in brackets after its name."""
-    told = f"probability {percent(found.probability)}"
-    if equals(found):
-        told += f", with the alternatives that fit as well {percent(found.family_probability)}"
-    return f" ({told})"
+def cause(found: FoundEffect) -> str:
+    """The effect with its probability, or its family with it where that is all that may be said."""
+    own = f"probability {percent(found.probability)}"
+    if found.is_named:
+        also = f", with the alternatives that fit as well {percent(found.family_probability)}" if equals(found) else ""
+        return f"{found.name} ({own}{also})"
+    known = f" (probability {percent(found.of_family)})" if found.effect.family else ""
+    return f"{family_of(found.effect)}{known}, most like {found.name} ({percent(found.probability)})"
 
 
 def odds(found: FoundEffect) -> list[tuple[str, float]]:
-    """Names and probabilities [1]: of the effect, of the alternatives that fit as well, and of none of these."""
-    family = min(found.family_probability, 1.0)
-    own = min(found.probability, family)
-    instead = [(f"{either(equals(found))} instead", family - own)] if equals(found) else []
-    return [(named(found.name), own), *instead, ("none of these", 1 - family)]
+    """Names and probabilities [1]: of the effect, of the alternatives that fit as well, of the rest of its family, and
+    of none of these."""
+    same = min(found.family_probability, 1.0)
+    own, family = min(found.probability, same), max(min(found.of_family, 1.0), same)
+    instead = [(f"{either(equals(found))} instead", same - own)] if equals(found) else []
+    others = [] if found.is_named else [(f"{family_of(found.effect)}, of another kind", family - same)]
+    return [(named(found.name), own), *instead, *others, ("none of these", 1 - (same if found.is_named else family))]
 
 
 def equals(found: FoundEffect) -> list[str]:

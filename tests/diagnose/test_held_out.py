@@ -25,7 +25,7 @@ def held(offset_V: float, offset_of_held_out_V: float):
     study = study_of(dataclasses.replace(there, segments=mixed), POLE)
     linear = study.solver.fit(linear_of(GAIN, POLE))
     fitted = study.solver.fit(with_effect(linear.motor, VoltageOffset.start()))
-    return hold_out(study, Found(linear, fitted, (), {}))
+    return hold_out(study, Found(linear, fitted, (), {}, {}))
 
 
 @pytest.mark.usefixtures("x64")
@@ -33,7 +33,9 @@ def test_an_offset_that_changes_its_sign_does_not_carry_over():
     found = held(0.3, -0.3)
     assert found.after.drift > 2 * found.before.drift > 2
     assert found.is_worse
-    assert any("do not carry over" in note for note in _notes((), found, Found(found.linear, found.fitted, (), {}), ()))
+    assert any(
+        "do not carry over" in note for note in _notes((), found, Found(found.linear, found.fitted, (), {}, {}), ())
+    )
 
 
 @pytest.mark.usefixtures("x64")

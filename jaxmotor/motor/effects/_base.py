@@ -64,6 +64,9 @@ class AbstractEffect(eqx.Module):
 
     name: ClassVar[str]
     """As in reports and files."""
+    family: ClassVar[str] = ""
+    """What it has in common with its likes, for people: a recording that does not say which of them it is may still say
+    that it is one of them. Empty where it has no likes."""
     acts_on: ClassVar[str]
     """`drive`, `motion` or `sensor`."""
     says: ClassVar[str]

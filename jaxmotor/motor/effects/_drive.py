@@ -25,6 +25,7 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
     """u(t - d): the voltage acts late, by any fraction of a tick."""
 
     name: ClassVar[str] = "transport_delay"
+    family: ClassVar[str] = "lag"
     program_level: ClassVar[int | None] = 1
     rarity: ClassVar[float] = 1 / 6
     always_tried: ClassVar[bool] = True
@@ -47,6 +48,7 @@ class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
     """Vs (1 - r t): the supply falls over the recording."""
 
     name: ClassVar[str] = "supply_drift"
+    family: ClassVar[str] = "drive"
     program_level: ClassVar[int | None] = 0
     says: ClassVar[str] = "the supply falls by {rate_per_s}"
     advice: ClassVar[str] = "Charge the battery, use a regulated supply, or log the supply's voltage with every row."
@@ -70,6 +72,7 @@ class DeadZone(AbstractDriveEffect, AbstractSourceEffect):
     """sgn(u) max(|u| - d, 0): the first volts are lost."""
 
     name: ClassVar[str] = "dead_zone"
+    family: ClassVar[str] = "friction"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     rarity: ClassVar[float] = 3 / 6
@@ -94,6 +97,7 @@ class InputThreshold(AbstractDriveEffect, AbstractSourceEffect):
     """u where |u| >= d, else 0: small voltages do nothing, larger ones are complete."""
 
     name: ClassVar[str] = "input_threshold"
+    family: ClassVar[str] = "friction"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     holds_by: ClassVar[str] = "volts_V"
@@ -121,6 +125,7 @@ class VoltageSaturation(AbstractDriveEffect, AbstractSourceEffect):
     """u within +-Vmax: the bridge gives no more."""
 
     name: ClassVar[str] = "voltage_saturation"
+    family: ClassVar[str] = "drive"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     says: ClassVar[str] = "the bridge gives no more than {volts_V}"
@@ -144,6 +149,7 @@ class DirectionAsymmetry(AbstractDriveEffect, AbstractSourceEffect):
     """(1 + e sgn(u)) u: one direction gets more voltage than the other."""
 
     name: ClassVar[str] = "direction_asymmetry"
+    family: ClassVar[str] = "direction"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     says: ClassVar[str] = "voltages act {ratio} stronger forward, and as much weaker backward"
@@ -171,6 +177,7 @@ class VoltageOffset(AbstractDriveEffect, AbstractSourceEffect):
     """u + u0: a constant voltage in series with the winding."""
 
     name: ClassVar[str] = "voltage_offset"
+    family: ClassVar[str] = "direction"
     program_level: ClassVar[int | None] = 0
     same_as: ClassVar[tuple[str, ...]] = ("load_torque",)
     rarity: ClassVar[float] = 4 / 6
@@ -198,6 +205,7 @@ class CoastDrive(AbstractDriveEffect, AbstractWindingEffect):
     """
 
     name: ClassVar[str] = "coast_drive"
+    family: ClassVar[str] = "friction"
     excludes: ClassVar[tuple[str, ...]] = ("electrical_pole",)
     always_tried: ClassVar[bool] = True
     says: ClassVar[str] = (
@@ -224,6 +232,7 @@ class SupplySag(AbstractDriveEffect, AbstractWindingEffect):
     """
 
     name: ClassVar[str] = "supply_sag"
+    family: ClassVar[str] = "drive"
     program_level: ClassVar[int | None] = 1
     says: ClassVar[str] = "the supply gives way under load: its resistance is {ratio} of the winding's"
     advice: ClassVar[str] = "Use thicker leads or a stronger supply, or log the supply's voltage with every row."
@@ -248,6 +257,7 @@ class CurrentLimit(AbstractDriveEffect, AbstractWindingEffect):
     """|i| R <= v: the driver gives no more current."""
 
     name: ClassVar[str] = "current_limit"
+    family: ClassVar[str] = "drive"
     always_tried: ClassVar[bool] = True
     says: ClassVar[str] = "the driver gives no more current than {volts_V} would drive through the winding at rest"
     advice: ClassVar[str] = (
@@ -271,6 +281,7 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     """L/R i' = u/R - i - back-EMF/R: the current, and so the torque, lags."""
 
     name: ClassVar[str] = "electrical_pole"
+    family: ClassVar[str] = "lag"
     program_level: ClassVar[int | None] = 1
     kin: ClassVar[tuple[str, ...]] = ("sensor_lag", "transport_delay")
     rarity: ClassVar[float] = 2 / 6

@@ -35,6 +35,7 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) v: dry friction of constant size, which holds any torque up to v at rest."""
 
     name: ClassVar[str] = "coulomb_friction"
+    family: ClassVar[str] = "friction"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "speed"
     kin: ClassVar[tuple[str, ...]] = ("dead_zone", "voltage_offset", "load_torque")
@@ -60,6 +61,7 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) (v + (vs - v) exp(-(w/ws)²)): dry friction that is larger near rest (Stribeck)."""
 
     name: ClassVar[str] = "stiction"
+    family: ClassVar[str] = "friction"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "speed"
     holds_by: ClassVar[str] = "static_volts_V"
@@ -95,6 +97,7 @@ class QuadraticDrag(AbstractMotionEffect, AbstractTorqueEffect):
     """c w |w|: a fan, a propeller, a stirred liquid."""
 
     name: ClassVar[str] = "quadratic_drag"
+    family: ClassVar[str] = "drag"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "speed"
     says: ClassVar[str] = "drag that grows with the square of the speed takes {volts_V_s2_rad2} at 10 rad/s"
@@ -118,6 +121,7 @@ class Cogging(AbstractMotionEffect, AbstractTorqueEffect):
     it is gravity on an arm, or something unbalanced."""
 
     name: ClassVar[str] = "cogging"
+    family: ClassVar[str] = "angle"
     says: ClassVar[str] = (
         "a torque locked to the shaft's angle takes up to {volts_V}, {cycles_per_rev} times per turn (once per turn: a "
         "weight on an arm, or something unbalanced)"
@@ -147,6 +151,7 @@ class LoadTorque(AbstractMotionEffect, AbstractTorqueEffect):
     """A constant torque, such as a weight on a drum."""
 
     name: ClassVar[str] = "load_torque"
+    family: ClassVar[str] = "direction"
     program_level: ClassVar[int | None] = 0
     rarity: ClassVar[float] = 5 / 6
     says: ClassVar[str] = "a constant load takes {volts_V} from forward motion and gives as much to backward motion"
@@ -169,6 +174,7 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
     """R = R0 (1 + x), τ x' = r i² R/(Vs²/R0) - x: heat raises the resistance; the pole falls, the gain hardly moves."""
 
     name: ClassVar[str] = "winding_heating"
+    family: ClassVar[str] = "drive"
     says: ClassVar[str] = (
         "heat raises the winding's resistance: in the end by {rise_ratio} if held still at full supply, "
         "within {time_constant_s}"
@@ -265,6 +271,7 @@ class ShaftCompliance(AbstractMotionEffect, AbstractLoadEffect):
     """J2 w2' = k (θ - θ2) + d (w - w2): a load behind a spring, which takes the same torque from the rotor."""
 
     name: ClassVar[str] = "shaft_compliance"
+    family: ClassVar[str] = "inertia"
     says: ClassVar[str] = (
         "a load of {inertia_ratio} of the rotor's inertia swings on a spring at {frequency_Hz}, damped by "
         "{damping_ratio}"
@@ -302,6 +309,7 @@ class Backlash(AbstractMotionEffect, AbstractLoadEffect):
     """A load that turns freely within a gap; at its edges the surfaces push like a stiff damped spring."""
 
     name: ClassVar[str] = "backlash"
+    family: ClassVar[str] = "inertia"
     says: ClassVar[str] = "a load of {inertia_ratio} of the rotor's inertia turns freely within a gap of {gap_rad}"
     advice: ClassVar[str] = (
         "Look for play in gears, coupling or set screw; preload it, or come to positions from one side."

@@ -32,6 +32,7 @@ class CubicDrive(AbstractDriveEffect, AbstractSourceEffect):
     """u + c u³: an amplifier or a bridge that is not in proportion."""
 
     name: ClassVar[str] = "cubic_drive"
+    family: ClassVar[str] = "drive"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     sought_last: ClassVar[bool] = True
@@ -62,6 +63,7 @@ class DeadTime(AbstractDriveEffect, AbstractWindingEffect):
     """u - sgn(i) v: both switches of a half bridge are off for a moment in each period, and its diodes conduct."""
 
     name: ClassVar[str] = "dead_time"
+    family: ClassVar[str] = "friction"
     sought_last: ClassVar[bool] = True
     rarity: ClassVar[float] = RARITY
     holds_by: ClassVar[str] = "volts_V"
@@ -88,6 +90,7 @@ class CubicDrag(AbstractMotionEffect, AbstractTorqueEffect):
     """v (w/50)³: a drag that grows faster than with the square of the speed."""
 
     name: ClassVar[str] = "cubic_drag"
+    family: ClassVar[str] = "drag"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "speed"
     sought_last: ClassVar[bool] = True
@@ -116,6 +119,7 @@ class SectorFriction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) v where |θ - θ0| < b/2: dry friction in one part of each turn."""
 
     name: ClassVar[str] = "sector_friction"
+    family: ClassVar[str] = "friction"
     sought_last: ClassVar[bool] = True
     rarity: ClassVar[float] = RARITY
     holds_by: ClassVar[str] = "volts_V"
@@ -156,6 +160,7 @@ class WarmingFriction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) v (1 + r exp(-t/τ)): dry friction that falls while the gear warms up."""
 
     name: ClassVar[str] = "warming_friction"
+    family: ClassVar[str] = "friction"
     program_level: ClassVar[int | None] = 1
     sought_last: ClassVar[bool] = True
     rarity: ClassVar[float] = RARITY
@@ -197,6 +202,7 @@ class BristleFriction(AbstractMotionEffect, AbstractMemoryTorqueEffect):
     """
 
     name: ClassVar[str] = "bristle_friction"
+    family: ClassVar[str] = "friction"
     over: ClassVar[str] = "speed"
     sought_last: ClassVar[bool] = True
     rarity: ClassVar[float] = RARITY

@@ -23,6 +23,7 @@ class MissedCounts(AbstractSensorEffect, AbstractCountEffect):
     """(1 - r) w where |w| > ws: a share of the counts is lost at speed."""
 
     name: ClassVar[str] = "missed_counts"
+    family: ClassVar[str] = "counts"
     program_level: ClassVar[int | None] = 0
     # Lost counts are rounded twice.
     explained_chi2: ClassVar[float] = 2.1
@@ -56,6 +57,7 @@ class SensorLag(AbstractSensorEffect, AbstractLagSensorEffect):
     """τ y' = θ - y: the reading, and so the logged speed, was filtered. Its memory is θ - y."""
 
     name: ClassVar[str] = "sensor_lag"
+    family: ClassVar[str] = "lag"
     program_level: ClassVar[int | None] = 1
     says: ClassVar[str] = "the log was filtered with a time constant of {time_constant_s}"
     advice: ClassVar[str] = (
@@ -90,6 +92,7 @@ class EncoderEccentricity(AbstractSensorEffect, AbstractAngleSensorEffect):
     """y = θ + A sin(n θ + φ): a disc or magnet off its centre."""
 
     name: ClassVar[str] = "encoder_eccentricity"
+    family: ClassVar[str] = "angle"
     says: ClassVar[str] = "the encoder misreads the angle by up to {amplitude_rad}, {cycles_per_rev} times per turn"
     advice: ClassVar[str] = "Centre the encoder's disc or magnet, or correct the reading by angle."
     amplitude_rad: Scalar = parameter("rad", "amplitude", neutral=0.0, start=0.03, scale=0.02)

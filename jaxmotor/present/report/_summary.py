@@ -9,7 +9,7 @@ from jaxmotor.present.report._html import Content, Html, bar, bullets, element, 
 from jaxmotor.present.report._named import named_in
 from jaxmotor.present.report._page import cards
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import RPM, capital, either, equals, looks_like, named, odds, percent, spoken, with_error
+from jaxmotor.words import RPM, capital, either, equals, family_of, looks_like, named, odds, percent, spoken, with_error
 
 SENTENCES = {
     "complete": "This is a linear motor: its speed follows the voltage in proportion, and the recording shows no more.",
@@ -67,7 +67,10 @@ def _sentence(diagnosis: Diagnosis) -> str:
 
 
 def _cause(found: FoundEffect) -> str:
-    """The effect as surely as its probability allows; with its alternatives where it is not the likelier."""
+    """The effect as surely as its probability allows: with its alternatives where it is not the likelier, as one of
+    its family where it may only imitate another one."""
+    if not found.is_named:
+        return f"{family_of(found.effect)} (most like {named(found.name)})"
     if found.probability < LIKELY and len(names := [found.name, *equals(found)]) > 1:
         return f"{either(names)} (indistinguishable in this recording)"
     return named(found.name) if found.probability >= SURE else f"{named(found.name)} (probably)"

@@ -1,0 +1,29 @@
+"""How sure an effect may be named where the motor that has it leaves something unexplained.
+
+The weights of models say which of the laws that were tried predicts best. Where none of them leaves but the noise, the
+best one may only imitate a law that nobody tried. With s the share of the residual beside the noise that stays
+(`Named.left`), the probability that the effect is there, and not an imitation, is
+
+    1 / (1 + (s / s0)^k).
+
+s0 and k are a logistic regression on recordings of a plant of its own, some with a law that was left out of what was
+sought (`benchmarks/certainty.py`).
+"""
+
+from typing import NamedTuple
+
+
+class Logistic(NamedTuple):
+    """1 / (1 + (s / half)^power)."""
+
+    half: float
+    """The share at which it is as likely as not."""
+    power: float
+
+    def __call__(self, left: float) -> float:
+        """Probability [1] where a share `left` [1] of the residual stays."""
+        return 1 / (1 + (max(left, 0.0) / self.half) ** self.power)
+
+
+OF_NAME, OF_FAMILY = Logistic(0.02, 0.8), Logistic(0.3, 0.8)
+"""That it is this effect; that it is one of its family."""

@@ -1,0 +1,82 @@
+"""Names are told as surely as what stays unexplained allows; else their family is."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from _calibration import by_what_is_left, logistic
+from diagnosed import of
+from other_world import Certain
+from test_story import found_effect
+
+from jaxmotor.cli._story import diagnosis_text
+from jaxmotor.diagnosis import to_json
+from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME, Logistic
+from jaxmotor.diagnosis._found import NAMED
+from jaxmotor.motor.effects import EFFECTS, LEARNED, vocabulary
+from jaxmotor.words import family_of, odds
+from jaxmotor.words._effects import FAMILIES
+
+
+def unsure(name, probability=0.3, of_family=0.9):
+    """An effect of a motor that leaves something unexplained."""
+    found = found_effect(name, inseparable=False)
+    return dataclasses.replace(found, probability=probability, family_probability=probability, of_family=of_family)
+
+
+def imitated(*effects):
+    return dataclasses.replace(of("friction")[1], effects=effects, verdict="unexplained")
+
+
+@pytest.mark.parametrize("sure", [OF_NAME, OF_FAMILY])
+def test_what_explains_all_is_sure_and_certainty_falls_with_what_is_left(sure):
+    left = np.geomspace(1e-6, 1, 200)
+    told = np.array([sure(share) for share in left])
+    assert sure(0.0) == 1.0 and sure(sure.half) == pytest.approx(0.5)
+    assert np.all(np.diff(told) < 0) and 0 < told[-1] < told[0] <= 1
+
+
+def test_a_family_is_never_less_sure_than_a_name():
+    assert all(OF_FAMILY(share) >= OF_NAME(share) for share in np.geomspace(1e-6, 1, 200))
+
+
+def test_the_regression_finds_the_law_that_drew_the_answers():
+    rng = np.random.default_rng(0)
+    truth = Logistic(0.03, 0.9)
+    left = np.geomspace(1e-4, 1, 4000)
+    half, power = logistic([*left, 0.0], [*(rng.random(len(left)) < [truth(share) for share in left]), True])
+    assert half == pytest.approx(truth.half, rel=0.15) and power == pytest.approx(truth.power, rel=0.1)
+    table = by_what_is_left([Certain(0.0, True, True), Certain(0.05, False, True), Certain(1.0, False, False)])
+    assert [row[1:] for row in table] == [(1, 1, 1), (0, 0, 0), (0, 0, 0), (0, 1, 1), (0, 0, 1)]
+
+
+def test_every_known_effect_has_a_family_with_words():
+    own = {name: effect.family for name, effect in vocabulary().items() if name in EFFECTS and name not in LEARNED}
+    lonely = {name for name, family in own.items() if not family}
+    assert set(own.values()) - {""} == set(FAMILIES)
+    assert lonely <= {"load_step", "drive_step", "periodic_torque", "wandering_torque"}, lonely
+
+
+def test_below_the_stated_probability_the_family_is_told():
+    told = diagnosis_text(imitated(unsure("sensor_lag")))
+    assert "a lag (probability 90 %), most like sensor_lag (30 %):" in " ".join(told.split())
+    assert "sensor_lag (probability" not in told
+    sure = dataclasses.replace(unsure("sensor_lag"), probability=NAMED, family_probability=NAMED)
+    assert "sensor_lag (probability 50 %):" in " ".join(diagnosis_text(imitated(sure)).split())
+
+
+def test_the_bars_of_a_family_add_up():
+    shares = dict(odds(unsure("coulomb_friction", 0.2, 0.7)))
+    phrase = family_of(EFFECTS["coulomb_friction"].start())
+    assert shares == pytest.approx({"Coulomb friction": 0.2, f"{phrase}, of another kind": 0.5, "none of these": 0.3})
+
+
+def test_names_and_families_are_in_the_json():
+    found = of("friction")[1]
+    content = to_json(found)
+    [effect] = content["effects"]
+    assert content["format"] == 2 and effect["named"] and effect["family"] == "friction"
+    assert content["families"]["friction"] == effect["of_family_probability"] > 0.99
+    assert effect["unexplained_share"] == 0.0
+    assert list(content["families"].values()) == sorted(content["families"].values(), reverse=True)
+    assert not to_json(imitated(unsure("sensor_lag")))["effects"][0]["named"]
