@@ -39,7 +39,7 @@ def learned_laws(
     for names, other in search.visited.items() if partial else ():
         more = [name for name in _learned(other) if name not in fitted.names]
         if len(more) == 1 and names - {more[0]} == set(fitted.names):
-            gain = held.after.drift - held.drift(other.motor, other)
+            gain = held.after.drift - held.drift(other.motor, other, held.after.drift)
             own = covariance(other, block)
             tried.append((more[0], law_of(other, more[0], own, trial, _share(gain, held.after.drift), gain)))
     return laws | dict(sorted(tried, key=lambda one: -one[1].share))
