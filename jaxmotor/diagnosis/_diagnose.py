@@ -216,21 +216,23 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
             error["moment_s"] = moment_error(study.solver, found.fitted, effect, rig)
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
-        sure = _sureness(about[effect.name], found.families.get(effect.family, 0.0))
-        effects.append(FoundEffect(effect, error, gain, rivals[effect.name], _unknown(effect, error), **sure))
+        own = about[effect.name]
+        sure, with_equal, family = _sureness(own, found.families.get(effect.family, 0.0))
+        unknown = _unknown(effect, error)
+        effects.append(
+            FoundEffect(
+                effect, error, gain, rivals[own.name], unknown, sure, with_equal, of_family=family, left=own.left
+            )
+        )
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
 
 
-def _sureness(named: Named, of_family: float) -> dict[str, float]:
-    """The probabilities of a `FoundEffect`; `of_family` that any effect of its family is there, by weights alone."""
-    name, family = OF_NAME(named.left), OF_FAMILY(named.left)
-    with_equal = name * named.with_equal
-    return {
-        "probability": name * named.probability,
-        "family_probability": with_equal,
-        "of_family": max(family * of_family, with_equal) if of_family else 0.0,
-        "left": named.left,
-    }
+def _sureness(named: Named, of_family: float) -> tuple[float, float, float]:
+    """The probabilities of an effect, of it or its equals, and of any of its family, by weights alone `of_family`."""
+    sure = OF_NAME(named.left)
+    with_equal = sure * named.with_equal
+    family = max(OF_FAMILY(named.left) * of_family, with_equal) if of_family else 0.0
+    return sure * named.probability, with_equal, family
 
 
 def _probabilities(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]:

@@ -12,13 +12,15 @@ DIAGNOSIS_TEXTS = (
     "verdict",
     "effect_parameters",
     "effect_standard_errors",
+    "effect_probabilities",
+    "family_probabilities",
     "looks_like",
     "left_open",
     "diagnosis_problem",
 )
 DIAGNOSIS_NUMBERS = ("diagnosed_gain_rad_s_V", "diagnosed_pole_rad_s", "held_out_chi2_before", "held_out_chi2_after")
 EFFECTS = "effects"
-"""The column of the effects' names, a list in the order of what they are worth."""
+"""The column of the names of effects that are told as causes, a list in the order of what they are worth."""
 
 
 def diagnosis_columns(recording: Recording | None, problem: str | None, seed: int) -> dict[str, Any]:
@@ -38,9 +40,11 @@ def _columns(found: Mapping[str, Any]) -> dict[str, Any]:
     effects = found["effects"]
     return {
         "verdict": found["verdict"],
-        EFFECTS: [effect["name"] for effect in effects],
+        EFFECTS: [effect["name"] for effect in effects if effect["named"]],
         "effect_parameters": json.dumps({effect["name"]: effect["parameters"] for effect in effects}),
         "effect_standard_errors": json.dumps({effect["name"]: effect["standard_error"] for effect in effects}),
+        "effect_probabilities": json.dumps({effect["name"]: effect["probability"] for effect in effects}),
+        "family_probabilities": json.dumps(found["families"]),
         "looks_like": None if found["looks_like"] is None else found["looks_like"]["text"],
         "left_open": ", ".join(one["name"] for one in found["open_hypotheses"]) or None,
         "diagnosed_gain_rad_s_V": found["model"]["gain_rad_s_V"],

@@ -101,6 +101,8 @@ def diagnosed_rows() -> list[dict]:
             "effect_standard_errors": json.dumps(errors),
         }
     made[36] |= {"verdict": "unexplained", "looks_like": f"a load from t = 41 s on {HOSTILE}"}
+    made[36] |= {"effect_parameters": '{"sensor_lag": {"time_constant_s": 0.004}}', "effects": []}
+    made[36] |= {"effect_probabilities": '{"sensor_lag": 0.31}'}
     made[37] |= {"effects": ["a law <b>of tomorrow"], "effect_parameters": '{"a law <b>of tomorrow": {"x": 1}}'}
     made[38] |= dict.fromkeys(("verdict", "effects", "effect_parameters", "effect_standard_errors"))
     made[38] |= {"diagnosis_problem": "m38: </td> its ticks are too few"}
@@ -140,6 +142,7 @@ def test_each_motor_has_its_cause_and_text_stays_text(diagnosed):
     assert f"the residual looks like a load from t = 41 s on {HOSTILE}" in words
     assert "a law <b>of tomorrow" in words and "m38: </td> its ticks are too few" in words
     assert "dead zone" in words
+    assert "perhaps sensor lag 4 ms (31 %); the residual looks like" in words and "Sensor lag 1" not in words
     # Who could not be identified may be diagnosed: it may say why.
     volts = json.loads(diagnosed_rows()[11]["effect_parameters"])["coulomb_friction"]["volts_V"]
     assert f"record it again Coulomb friction {1e3 * volts:.0f} ± " in words

@@ -10,7 +10,7 @@ import numpy as np
 
 from jaxmotor.motor.effects import parameters, vocabulary
 from jaxmotor.present.report._html import Content, details, element, number, paragraph, table, unbroken
-from jaxmotor.words import capital, named, scaled, with_error
+from jaxmotor.words import capital, named, percent, scaled, with_error
 
 MOST_LISTED = 500
 LEAST = 3
@@ -27,6 +27,8 @@ class Diagnosed(NamedTuple):
     sizes: Sizes
     """Parameters by effect [SI]."""
     errors: Sizes
+    probabilities: dict[str, float]
+    """Of the effects [1], those that are told as causes and those that are not."""
     looks_like: str | None
     left_open: str | None
     """Names of laws that the recording neither shows nor excludes."""
@@ -35,6 +37,7 @@ class Diagnosed(NamedTuple):
     def told(self) -> str:
         """Its effects with their sizes, or what the residual looks like; nothing where the motor is linear."""
         causes = [self._told(name) for name in self.effects]
+        causes += [f"perhaps {self._told(name)}" for name in self.sizes if name not in self.effects]
         if self.looks_like is not None:
             causes.append(f"the residual looks like {self.looks_like}")
         if self.left_open is not None:
@@ -44,7 +47,8 @@ class Diagnosed(NamedTuple):
     def _told(self, name: str) -> str:
         values, errors = self.sizes.get(name, {}), self.errors.get(name, {})
         shown = [_amount(name, key, values[key], errors.get(key)) for key in _telling(name) if key in values]
-        return " ".join([named(name), ", ".join(shown)]).strip()
+        sure = f" ({percent(self.probabilities[name])})" if name in self.probabilities else ""
+        return " ".join([named(name), ", ".join(shown)]).strip() + sure
 
 
 def diagnosed(row: dict[str, Any]) -> Diagnosed | None:
@@ -52,8 +56,9 @@ def diagnosed(row: dict[str, Any]) -> Diagnosed | None:
     if row.get("verdict") is None:
         return None
     sizes, errors = (_by_effect(row.get(key)) for key in ("effect_parameters", "effect_standard_errors"))
+    sure = _numbers(_object(row.get("effect_probabilities")))
     told = (row.get("looks_like"), row.get("left_open"))
-    return Diagnosed(row["verdict"], tuple(row.get("effects") or ()), sizes, errors, *told)
+    return Diagnosed(row["verdict"], tuple(row.get("effects") or ()), sizes, errors, sure, *told)
 
 
 def causes_section(rows: Sequence[dict[str, Any]]) -> Content:
@@ -138,16 +143,20 @@ def _amount(name: str, key: str, value: float, error: float | None) -> str:
 
 def _by_effect(text: Any) -> Sizes:
     """The numbers of a text column; without what is no number."""
+    return {name: _numbers(of) for name, of in _object(text).items() if isinstance(of, dict)}
+
+
+def _object(text: Any) -> dict[str, Any]:
+    """The JSON object of a text column; nothing where it is none."""
     try:
         content = json.loads(text) if isinstance(text, str) else {}
     except ValueError:
         return {}
-    tables = content.items() if isinstance(content, dict) else ()
-    return {
-        name: {key: float(value) for key, value in of.items() if isinstance(value, int | float)}
-        for name, of in tables
-        if isinstance(of, dict)
-    }
+    return content if isinstance(content, dict) else {}
+
+
+def _numbers(of: dict[str, Any]) -> dict[str, float]:
+    return {key: float(value) for key, value in of.items() if isinstance(value, int | float)}
 
 
 def _folded(title: str, head: tuple[str, str], rows: Sequence[tuple[str, str]]) -> Content:
