@@ -8,7 +8,7 @@ effects that only imitated it, those go.
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 
-from jaxmotor.diagnosis._found import COARSE, Found
+from jaxmotor.diagnosis._found import COARSE, Found, share_left
 from jaxmotor.diagnosis._free import with_effect, without_effect
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
@@ -23,6 +23,9 @@ MORE = 2
 """Of such laws in one motor at most."""
 FITTED = 2
 """Of a law's starts, the best by their scores."""
+BESIDE = 0.05
+"""Share of what the linear motor leaves: beside effects that leave less a curve or a disturbance is sought, but not
+at once in their place."""
 PROMISE = 0.02
 """Part of the mean square that the score of a law must promise to take up."""
 Seen = Callable[[Fitted], Iterable[Look]]
@@ -38,8 +41,9 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
         starts = _starts(search, own, seen(own))
         _try(search, [own], starts, search.least(own, LEAST))
         search.again([own])
-        if own is not search.linear:
-            _try(search, [search.linear], starts, own.chi2)
+        if own is search.linear or share_left(own, search.linear) < BESIDE:
+            return
+        _try(search, [search.linear], starts, own.chi2)
         helpful = [start for start in starts if _helps(search, own, start)]
         if helpful:
             _try(search, search.without_each(own), helpful, search.best().chi2)

@@ -20,7 +20,15 @@ from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, late
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import AbstractEffect, AbstractLearnedEffect, AbstractLoadEffect, Rig, parameters
+from jaxmotor.motor.effects import (
+    LEARNED,
+    AbstractEffect,
+    AbstractLearnedEffect,
+    AbstractLoadEffect,
+    Rig,
+    energy,
+    parameters,
+)
 
 FIRST, LATER = 7, 5
 """Candidates that are fitted beside the linear motor, and beside others."""
@@ -60,6 +68,8 @@ class Search:
         self.relations = Relations(solver.request.known)
         self.visited: dict[Names, Fitted] = {}
         self.evidence: dict[Names, Evidence] = {}
+        self.energies: dict[Names, dict[str, float]] = {}
+        """Of the curves of each model that was visited."""
         self.tried: set[Names] = set()
         self.shared: set[Names] = set()
         """Models of which an effect's size has been shared with its kin."""
@@ -69,6 +79,7 @@ class Search:
         self.own = frozenset(linear.names)
         """What is the log's: no candidate, and no cause."""
         self.visited[self.own], self.evidence[self.own] = linear, evidence(linear, solver.piece)
+        self.energies[self.own] = {}
 
     def run(self, last: Callable[[Fitted], None]) -> Found:
         """The effects; none if nothing pays. Where two of the usual ones leave something, `last` fits others beside the
@@ -116,9 +127,21 @@ class Search:
     def weights(self) -> dict[Names, float]:
         """Probability of each model that was visited."""
         names = list(self.visited)
-        prices = [sum(map(self.relations.price, one - self.own), 0.0) for one in names]
+        prices = [sum(map(self.relations.price, one - self.own), self._bends(one)) for one in names]
         found = weights([self.evidence[one] for one in names], prices)
         return dict(zip(names, found.tolist(), strict=True))
+
+    def _bends(self, names: Names) -> float:
+        """What the curves of a model cost more than they do in others, in logarithms of probability: by their prior,
+        where a known law beside it leaves less to a curve, that is the likelier."""
+        each = {name: self.energies[names].get(name, 0.0) for name in names & LEARNED.keys()}
+        return sum((energy - self._least_energy(name) for name, energy in each.items()), 0.0)
+
+    def _least_energy(self, curve: str) -> float:
+        """Of a `curve`, in models that explain about as much as the best one with it."""
+        having = [names for names in self.visited if curve in names]
+        far = FAR * min(self.visited[names].chi2 for names in having)
+        return min(self.energies[names][curve] for names in having if self.visited[names].chi2 <= far)
 
     def _causes(self, fitted: Fitted) -> list[str]:
         return [name for name in fitted.names if name not in self.own]
@@ -338,6 +361,8 @@ class Search:
             if better and all(effect.possible(self.rig) for effect in one.motor.effects):
                 self.visited[names] = one
                 self.evidence[names] = evidence(one, self.solver.piece)
+                learned = [effect for effect in one.motor.effects if isinstance(effect, AbstractLearnedEffect)]
+                self.energies[names] = {effect.name: energy(effect) for effect in learned}
 
     def _refined(self, fitted: Fitted) -> Fitted:
         fitted = self.solver.fit(fitted.motor, fitted.speeds, FINE)

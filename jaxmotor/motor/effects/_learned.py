@@ -22,6 +22,7 @@ from jaxmotor.motor.effects._base import (
     Scalar,
     Source,
     parameter,
+    parameters,
 )
 from jaxmotor.motor.effects._sine import sine
 
@@ -32,8 +33,9 @@ WARP = 10.0
 """How many times closer a curve is resolved about zero than far from it, about."""
 GRID = 2001
 """Places by which the straight line is taken out."""
-SPREAD_V = 2.0
-"""Of the first coefficient, by its prior; of later ones it falls as those of a jump do."""
+SPREAD_V = 0.3
+"""Of the first coefficient, by its prior; of later ones it falls as those of a jump do. A few per cent of a small
+supply: next to nothing against rows that show the curve, and what holds it level between places that no row visits."""
 
 
 def _coefficient(term: int) -> Any:
@@ -171,6 +173,14 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLear
 
     def adds(self, at: Scalar) -> Scalar:
         return _level_series(self.coefficients, at / self.reach_V)
+
+
+def energy(effect: AbstractLearnedEffect) -> float:
+    """Half the sum of squares of its coefficients over their priors' spreads [1]: of a curve as large as they are, half
+    the number of its terms."""
+    about = parameters(effect)
+    terms = [name for name in about if about[name]["kind"] == "term"]
+    return 0.5 * sum((float(getattr(effect, name)) / about[name]["spread"]) ** 2 for name in terms)
 
 
 LEARNED = {effect.name: effect for effect in (TorqueOverSpeed, TorqueOverAngle, VoltageOverCommand)}
