@@ -36,7 +36,7 @@ from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
 from jaxmotor.motor import AbstractEffect, Motor
-from jaxmotor.motor.effects import OF_LOG, AbstractDisturbance, AbstractLearnedEffect, AbstractStepInTime
+from jaxmotor.motor.effects import LEARNED, OF_LOG, AbstractDisturbance, AbstractLearnedEffect, AbstractStepInTime
 from jaxmotor.recording import Recording, check, recording_of
 
 OUTSIDE = 0.6
@@ -228,8 +228,9 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
 
 
 def _sureness(named: Named, of_family: float) -> tuple[float, float, float]:
-    """The probabilities of an effect, of it or its equals, and of any of its family, by weights alone `of_family`."""
-    sure = OF_NAME(named.left)
+    """The probabilities of an effect, of it or its equals, and of any of its family, by weights alone `of_family`. That
+    something depends on a coordinate, as a curve says, is as sure as a family."""
+    sure = (OF_FAMILY if named.name in LEARNED else OF_NAME)(named.left)
     with_equal = sure * named.with_equal
     family = max(OF_FAMILY(named.left) * of_family, with_equal) if of_family else 0.0
     return sure * named.probability, with_equal, family

@@ -174,7 +174,7 @@ class Search:
         for base in bases:
             new = (motor for motor in self._likewise(base, beside=False) if _names(motor) not in self.visited)
             swapped += [(base, motor) for motor in new]
-        self.keep(side_by_side(lambda task: self._fit(*task), swapped))
+        self.keep(side_by_side(lambda task: self._fit(*task, FAR * fitted.chi2), swapped))
 
     def _likewise(self, fitted: Fitted, *, beside: bool) -> list[Motor]:
         """`fitted` with effects that are alike in each other's place, or `beside` each other with half the size."""
@@ -216,7 +216,7 @@ class Search:
         self.tried.update(tasks)
         self.shared.update(frozenset(base.names) for base, _ in shared)
         found = self._fitted(tasks, bar)
-        self.keep(found + side_by_side(lambda task: self._fit(*task), shared))
+        self.keep(found + side_by_side(lambda task: self._fit(*task, min(bar, self._bar(task[0]))), shared))
         self.keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
         self.again(bases)
 
@@ -248,7 +248,8 @@ class Search:
         noise, they are fitted only if their scores come near to the best one's, and left early."""
 
         def fit(chosen: list[Names], bar: float = bar) -> list[Fitted]:
-            return side_by_side(lambda names: self._best_of(*tasks[names], min(bar, self._bar(*tasks[names]))), chosen)
+            bars = {names: min(bar, self._bar(tasks[names][0])) for names in chosen}
+            return side_by_side(lambda names: self._best_of(*tasks[names], bars[names]), chosen)
 
         two = [names for names, (_, starts) in tasks.items() if isinstance(starts[0].effect, AbstractLoadEffect)]
         found = fit([names for names in tasks if names not in two])
@@ -257,11 +258,9 @@ class Search:
         gain = {names: base.chi2 - starts[0].chi2 for names, (base, starts) in tasks.items()}
         return found + fit([names for names in two if gain[names] > LIKELY * max(gain.values())], min(bar, FAR))
 
-    def _bar(self, base: Fitted, starts: list[Candidate]) -> float:
-        """chi2 above which the first of `starts` takes too little up of what `base` leaves. Any law that is alone may
-        be half of a pair."""
-        alone = base is self.linear or any(name not in base.names for name in starts[0].effect.beside)
-        return math.inf if alone else self.least(base, LEAST)
+    def _bar(self, base: Fitted) -> float:
+        """chi2 above which an effect takes too little up of what `base` leaves; alone, any may be half of a pair."""
+        return math.inf if base is self.linear else self.least(base, LEAST)
 
     def least(self, base: Fitted, share: float) -> float:
         """chi2 of a motor that takes up a `share` of what `base` leaves: beside the noise, where that is known."""

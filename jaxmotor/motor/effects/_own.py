@@ -76,6 +76,8 @@ def _check_name(effect: type[AbstractEffect], built_in: Effects) -> None:
         raise JaxmotorError(f"{effect.__name__}.name is {shown(name)}, which jaxmotor has already; choose another one")
     if not isinstance(effect.holds_by, str) or effect.holds_by not in ("", *parameters(effect)):
         raise JaxmotorError(f"{effect.__name__}.holds_by is {shown(effect.holds_by)}, which is none of its parameters")
+    if not isinstance(effect.family, str):
+        raise JaxmotorError(f"{effect.__name__}.family is {shown(effect.family)}; give a text, such as 'friction'")
     for relation in RELATIONS:
         if not isinstance(names := getattr(effect, relation), tuple):
             raise JaxmotorError(f"{effect.__name__}.{relation} is {shown(names)}; give a tuple of names of effects")
