@@ -75,6 +75,8 @@ class Search:
         """Models of which an effect's size has been shared with its kin."""
         self.shortened: list[Fitted] = []
         """Those whose effects have been left out in turn."""
+        self.contested: list[Fitted] = []
+        """Those in which effects that are alike have been tried in each other's place."""
         self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
         self.own = frozenset(linear.names)
         """What is the log's: no candidate, and no cause."""
@@ -169,6 +171,9 @@ class Search:
         bases = self.without_each(fitted)
         # A curve leaves little to imitate, and each further effect beside one takes long.
         self._extend([base for base in bases if not _is_learned(base)], LATER, FAR * fitted.chi2)
+        if fitted in self.contested:
+            return
+        self.contested.append(fitted)
         swapped = [(fitted, motor) for motor in self._likewise(fitted, beside=False)]
         # Of two that are alike one may do the work of a third.
         for base in bases:
