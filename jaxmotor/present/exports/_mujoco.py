@@ -27,6 +27,7 @@ def to_mujoco(model: AnyModel, *, inertia_kgm2: float | None = None, supply_V: f
     **Raises:** `JaxmotorError` where inertia or supply are not positive.
     """
     model = model_of(model)
+    supply_V = model.rig.supply_V if supply_V is None else supply_V
     for name, value in (("inertia", inertia_kgm2), ("supply", supply_V)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise JaxmotorError(f"{name} = {value:g} is not positive")
