@@ -13,6 +13,8 @@ import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.backend_bases import FigureCanvasBase
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
@@ -82,8 +84,24 @@ OnAxes = Axes | Sequence[Axes] | np.ndarray | None
 """Where a figure's panels are drawn, row by row; None: in a figure of their own."""
 
 
+class Ruler(FigureCanvasBase):
+    """Measures texts for the layout: one for all figures, as they have many texts in common."""
+
+    def get_renderer(self) -> RendererAgg:
+        return _measuring(self.figure.dpi)
+
+
 class OwnFigure(Figure):
     """A figure that only we draw on."""
+
+    def __init__(self, **about: Any):
+        super().__init__(**about)
+        Ruler(self)
+
+
+@functools.lru_cache(2)
+def _measuring(dpi: float) -> RendererAgg:
+    return RendererAgg(1, 1, dpi)
 
 
 def styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
