@@ -90,7 +90,7 @@ def hardware_of(
     stated = {name: value for name, value in known.items() if value is not None}
     if len(stated) < len(known):
         missing = ", ".join(name for name in known if name not in stated)
-        raise JaxmotorError(f"{model.source}: its recording did not state {missing}; give what is missing")
+        raise JaxmotorError(f"{model.source}: its recording did not state {missing}; give hardware_of what is missing")
     full_scale = _full_scale(rig) if full_scale is None else full_scale
     return Hardware(**stated, full_scale=full_scale, delay_s=(rig.duty_delay_s or 0.0) if delay_s is None else delay_s)
 
