@@ -25,8 +25,7 @@ import numpy as np
 from jax.core import Tracer
 from jax.experimental import serialize_executable
 
-from jaxmotor._errors import JaxmotorError
-from jaxmotor._files import replacing
+from jaxmotor._cache import store, stored
 from jaxmotor._precision import in_float64
 
 Arrays = dict[str, jax.Array]
@@ -37,7 +36,6 @@ MOST = 96
 PLAIN = (tuple, list, dict, type(None))
 KNOWN = ("jaxmotor", "jax", "equinox")
 """Packages whose classes programs on the disk may hold, beside what is `PLAIN`."""
-DIGEST = hashlib.sha256().digest_size
 
 
 def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
@@ -135,7 +133,7 @@ def _compiled(path: Path, flat: Call, leaves: list[Any]) -> Call:
         code, _, results = serialize_executable.serialize(compiled)
         names = sorted(jax.tree.unflatten(results, range(results.num_leaves)))
         about = {"names": names, "lapack": "lapack" in lowered.as_text()}
-        _store(path, json.dumps(about).encode() + b"\n" + code)
+        store(path, json.dumps(about).encode() + b"\n" + code)
     return compiled
 
 
@@ -145,10 +143,10 @@ def _lowered(flat: Call, leaves: list[Any]) -> jax.stages.Lowered:
 
 def _loaded(path: Path, leaves: list[Any]) -> Call | None:
     """What `_compiled` kept in `path`; None where there is nothing that is whole and that this machine can run."""
-    stored = _stored(path)
-    if stored is None:
+    kept = stored(path)
+    if kept is None:
         return None
-    head, _, code = stored.partition(b"\n")
+    head, _, code = kept.partition(b"\n")
     about = json.loads(head)
     if about["lapack"]:
         _register_lapack()
@@ -181,24 +179,6 @@ def _quickly() -> dict[str, Any]:
         "xla_cpu_prefer_vector_width": 512,
     }
     return options if tried else {}
-
-
-def _stored(path: Path) -> bytes | None:
-    """What `_store` put into `path`; None where there is nothing, or not all of it."""
-    try:
-        content = path.read_bytes()
-    except OSError:
-        return None
-    digest, stored = content[:DIGEST], content[DIGEST:]
-    return stored if hashlib.sha256(stored).digest() == digest else None
-
-
-def _store(path: Path, content: bytes) -> None:
-    """Keep `content` with its digest. A cache that cannot be written costs time on the next run, nothing else."""
-    with contextlib.suppress(OSError, JaxmotorError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as part:
-            part.write_bytes(hashlib.sha256(content).digest() + content)
 
 
 def _key(function: Callable[..., Arrays], static: Any, tree: Any, leaves: list[Any]) -> str:

@@ -38,10 +38,12 @@ def _names(text: str) -> list[str]:
 
 def _one(path: Path, json: bool, output: Path | None, options: dict[str, Any]) -> None:
     with opened(path, threads=True) as (recording, tell):
+        from jaxmotor.cli._kept import keep_diagnosis
         from jaxmotor.cli._story import diagnosis_text
         from jaxmotor.diagnosis import diagnose, to_json
 
         diagnosis = diagnose(recording, **options, on_progress=lambda now: tell(now.stage))
+        keep_diagnosis(diagnosis, recording, options)
         written = []
         if output is not None:
             from jaxmotor.present import write_diagnosis

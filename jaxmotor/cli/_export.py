@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -32,11 +33,17 @@ def export_command(
         typer.Option(metavar="N", help="Encoder, all edges, per turn of the shaft; otherwise the recording's."),
     ] = None,
     supply: Annotated[float | None, typer.Option(metavar="V", help="Of the bridge; otherwise the recording's.")] = None,
-    full_scale: Annotated[int, typer.Option(metavar="D", help="The duty that means the whole supply.")] = 250,
+    full_scale: Annotated[
+        int | None,
+        typer.Option(metavar="D", help="The duty that means the whole supply; otherwise the recording's, or 250."),
+    ] = None,
     period: Annotated[
         float | None, typer.Option(metavar="S", help="Of the controller; otherwise that of the recording.")
     ] = None,
-    delay: Annotated[float, typer.Option(metavar="S", help="From the sample to the duty that follows from it.")] = 0.0,
+    delay: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="From the sample to the duty that follows from it; otherwise the recording's."),
+    ] = None,
     kind: Annotated[Literal["P", "PI"], typer.Option(help="Of the speed loop.")] = "PI",
     bandwidth: Annotated[
         float | None, typer.Option(metavar="HZ", help="Of the speed loop; otherwise as fast as is sensible.")
@@ -59,29 +66,35 @@ def export_command(
     from jaxmotor.present import exports
 
     motor = read_model(model)
-    rig = _rig(motor, to, counts_per_rev, supply, period, full_scale, delay)
+    rig = functools.partial(_rig, motor, to, counts_per_rev, supply, period, full_scale, delay)
+    asked = counts_per_rev is not None or supply is not None
 
-    def designed() -> Design:
-        assert rig is not None
-        return exports.design(
+    def designed() -> Design | None:
+        hardware = rig()
+        return hardware and exports.design(
             motor,
-            rig,
+            hardware,
             kind=kind,
             bandwidth_Hz=bandwidth,
             position_bandwidth_Hz=position_bandwidth,
             overshoot_percent=overshoot,
         )
 
+    def needed() -> Design:
+        design = designed()
+        assert design is not None, "a C header's rig is known, or an error"
+        return design
+
     if to == "arduino":
         if output is None:
             raise JaxmotorError("an Arduino library is a folder: name it with -o")
-        exports.write_library(output, exports.to_arduino(motor, designed()))
+        exports.write_library(output, exports.to_arduino(motor, needed()))
         typer.echo(f"wrote {output}; copy it into the folder libraries of your sketchbook")
         return
     writers: dict[Format, Callable[[], str]] = {
-        "control": lambda: exports.to_python(motor, rig),
-        "json": lambda: exports.to_export_json(motor, None if rig is None else designed()),
-        "c": lambda: exports.to_c(motor, designed()),
+        "control": lambda: exports.to_python(motor, rig()),
+        "json": lambda: exports.to_export_json(motor, _possible(designed, asked)),
+        "c": lambda: exports.to_c(motor, needed()),
         "wpilib": lambda: exports.to_wpilib(motor, wheel_radius),
         "mujoco": lambda: exports.to_mujoco(motor, inertia_kgm2=inertia, supply_V=supply),
         "spice": lambda: exports.to_spice(motor, resistance_ohm=resistance),
@@ -96,29 +109,44 @@ def export_command(
     typer.echo(f"wrote {output}")
 
 
+def _possible(designed: Callable[[], Design | None], asked: bool) -> Design | None:
+    """The controllers; None, and why on the error stream, where they were not `asked` for and are not possible."""
+    try:
+        return designed()
+    except JaxmotorError as error:
+        if asked:
+            raise
+        typer.echo(f"jaxmotor: without controllers: {error}", err=True)
+        return None
+
+
 def _rig(
     model: Model,
     to: Format,
     counts_per_rev: float | None,
     supply: float | None,
     period: float | None,
-    full_scale: int,
-    delay: float,
+    full_scale: int | None,
+    delay: float | None,
 ) -> Hardware | None:
-    """The rig where it is known; a C header needs it."""
-    from jaxmotor.control import Hardware
+    """The rig where it is known; a C header needs it, and python-control no more of it than the times."""
+    from jaxmotor.control import hardware_of
 
-    period = model.period_s if period is None else period
-    if to in ("c", "arduino"):
-        counts_per_rev = model.rig.counts_per_rev if counts_per_rev is None else counts_per_rev
-        supply = model.rig.supply_V if supply is None else supply
-    known = {"--counts-per-rev": counts_per_rev, "--supply": supply, "--period": period}
+    rig = model.rig
+    known = {
+        "--counts-per-rev": rig.counts_per_rev if counts_per_rev is None else counts_per_rev,
+        "--supply": rig.supply_V if supply is None else supply,
+        "--period": model.period_s if period is None else period,
+    }
     missing = [name for name, value in known.items() if value is None]
     if to in ("c", "arduino") and missing:
         what = "a C header" if to == "c" else "an Arduino library"
         raise JaxmotorError(f"{what} needs {' and '.join(missing)}: counts, volts and ticks are its units")
-    if counts_per_rev is not None and supply is not None and period is not None:
-        return Hardware(period, counts_per_rev, supply, full_scale, delay)
-    if to == "control" and period is not None:
-        return Hardware(period, 1.0, 1.0, full_scale, delay)
-    return None
+    counts, volts, period_s = known.values()
+    if to == "control" and period_s is not None:
+        counts, volts = (1.0 if value is None else value for value in (counts, volts))
+    elif missing:
+        return None
+    return hardware_of(
+        model, period_s=period_s, counts_per_rev=counts, supply_V=volts, full_scale=full_scale, delay_s=delay
+    )

@@ -15,6 +15,9 @@ def report_command(
     ],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Write NAME.html here.")],
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws shuffles, parameters and encoder offsets.")] = 0,
+    anew: Annotated[
+        bool, typer.Option("--anew", help="Diagnose again, also what jaxmotor diagnose has just diagnosed.")
+    ] = False,
 ) -> None:
     """Tell the story of a recording, or of a fleet's results, in one HTML page that needs nothing else."""
     from jaxmotor.cli._folder import make_folder
@@ -27,9 +30,14 @@ def report_command(
         return
     with opened(source, threads=True) as (recording, tell):
         make_folder(output)
+        from jaxmotor.cli._kept import DEFAULT, kept_diagnosis
         from jaxmotor.present.report import story, write_report
 
-        found = story(recording, seed=seed, on_progress=lambda now: tell(now.stage))
+        kept = None if anew else kept_diagnosis(recording, {"seed": seed, **DEFAULT})
+        diagnosis = None if kept is None else kept[0]
+        found = story(recording, seed=seed, diagnosis=diagnosis, on_progress=lambda now: tell(now.stage))
         tell("drawing the page")
         path = write_report(found, source, output)
+    if kept is not None:
+        typer.echo(printable(f"the diagnosis is that of jaxmotor diagnose, kept in {kept[1]}; --anew makes it again"))
     typer.echo(f"{found.diagnosis}\n{printable(f'wrote {path}')}")

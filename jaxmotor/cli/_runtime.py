@@ -29,19 +29,22 @@ def prepare_jax(threads: bool = False) -> None:
 
 
 def _use_compilation_cache() -> None:
-    """Keep compiled programs in `$JAXMOTOR_CACHE`, or the user's cache folder; an empty value keeps none.
-
-    Where the folder cannot be written nothing is kept, and each run compiles.
-    """
-    folder = os.environ.get("JAXMOTOR_CACHE", str(_cache_home() / "jaxmotor"))
-    if not folder or not _writable(Path(folder)):
+    """Keep compiled programs in the cache folder; where there is none each run compiles."""
+    folder = cache_folder()
+    if folder is None:
         return
     import jax
 
-    _let_damaged_entries_go(Path(folder))
-    jax.config.update("jax_compilation_cache_dir", folder)
+    _let_damaged_entries_go(folder)
+    jax.config.update("jax_compilation_cache_dir", str(folder))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def cache_folder() -> Path | None:
+    """`$JAXMOTOR_CACHE`, or the user's; None where the value is empty, or the folder cannot be written."""
+    folder = os.environ.get("JAXMOTOR_CACHE", str(_cache_home() / "jaxmotor"))
+    return Path(folder) if folder and _writable(Path(folder)) else None
 
 
 @functools.cache

@@ -9,6 +9,7 @@ from jaxmotor.control._feed_forward import FeedForward as FeedForward
 from jaxmotor.control._feed_forward import feed_forward as feed_forward
 from jaxmotor.control._feed_forward import reachable_rad_s as reachable_rad_s
 from jaxmotor.control._hardware import Hardware as Hardware
+from jaxmotor.control._hardware import hardware_of as hardware_of
 from jaxmotor.control._loops import CountedPositionLoop as CountedPositionLoop
 from jaxmotor.control._loops import CountedSpeedLoop as CountedSpeedLoop
 from jaxmotor.control._loops import position_controller as position_controller

@@ -4,8 +4,10 @@ import dataclasses
 import math
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor.estimate import AnyModel, ModelRig, model_of
 
 LONGEST_PERIOD_S = 1.0
+FULL_SCALE, MOST_FULL_SCALE = 250, 32767
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,7 +23,7 @@ class Hardware:
     """Encoder counts, all edges, per turn of the output shaft [1]."""
     supply_V: float
     """Of the bridge [V]."""
-    full_scale: int = 250
+    full_scale: int = FULL_SCALE
     """The duty that means the whole supply; duties are whole numbers."""
     delay_s: float = 0.0
     """From the sample to the moment at which its duty takes effect [s]."""
@@ -35,8 +37,10 @@ class Hardware:
             raise JaxmotorError(
                 f"period_s = {self.period_s:g} is longer than {LONGEST_PERIOD_S:g} s; is it in seconds?"
             )
-        if not 1 <= self.full_scale <= 32767:
-            raise JaxmotorError(f"full_scale = {self.full_scale} is not from 1 to 32767; it is the largest duty")
+        if not 1 <= self.full_scale <= MOST_FULL_SCALE:
+            raise JaxmotorError(
+                f"full_scale = {self.full_scale} is not from 1 to {MOST_FULL_SCALE}; it is the largest duty"
+            )
         if not 0 <= self.delay_s < self.period_s:
             raise JaxmotorError(f"delay_s = {self.delay_s:g} is not from 0 to the period of {self.period_s:g} s")
 
@@ -59,3 +63,39 @@ class Hardware:
     def speed_noise_rad_s(self) -> float:
         """Standard deviation of the speed that a count difference shows: sqrt(1/6) count per period [rad/s]."""
         return math.sqrt(1 / 6) / self.counts_per_tick
+
+
+def hardware_of(
+    model: AnyModel,
+    *,
+    period_s: float | None = None,
+    counts_per_rev: float | None = None,
+    supply_V: float | None = None,
+    full_scale: int | None = None,
+    delay_s: float | None = None,
+) -> Hardware:
+    """The rig that `model` was identified on, as its recording stated it, with what is given here in its place.
+
+    Without a statement the full scale of the duty is 250 and the delay 0.
+
+    **Raises:** `JaxmotorError` where period, counts per turn or supply are neither stated nor given, or impossible.
+    """
+    model = model_of(model)
+    rig = model.rig
+    known = {
+        "period_s": model.period_s if period_s is None else period_s,
+        "counts_per_rev": rig.counts_per_rev if counts_per_rev is None else counts_per_rev,
+        "supply_V": rig.supply_V if supply_V is None else supply_V,
+    }
+    stated = {name: value for name, value in known.items() if value is not None}
+    if len(stated) < len(known):
+        missing = ", ".join(name for name in known if name not in stated)
+        raise JaxmotorError(f"{model.source}: its recording did not state {missing}; give hardware_of what is missing")
+    full_scale = _full_scale(rig) if full_scale is None else full_scale
+    return Hardware(**stated, full_scale=full_scale, delay_s=(rig.duty_delay_s or 0.0) if delay_s is None else delay_s)
+
+
+def _full_scale(rig: ModelRig) -> int:
+    """Of duties that are whole numbers, as a controller's are; a log may have others."""
+    full = rig.duty_full_scale
+    return int(full) if full is not None and 1 <= full <= MOST_FULL_SCALE and full == int(full) else FULL_SCALE

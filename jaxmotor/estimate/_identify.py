@@ -336,7 +336,7 @@ def _about(recording: Recording, fitted: tuple[int, ...], held_out: tuple[int, .
     return {
         "source": recording.source,
         "period_s": recording.period_s,
-        "rig": ModelRig(recording.counts_per_rev, recording.supply_V),
+        "rig": ModelRig(*(getattr(recording, key) for key in ModelRig._fields)),
         "fitted": fitted,
         "held_out": held_out,
         "fingerprints": tuple(fingerprint(recording, index) for index in fitted),

@@ -24,6 +24,10 @@ class ModelRig(NamedTuple):
     """Of the encoder, all edges, per turn of the output shaft."""
     supply_V: float | None = None
     """Nominal."""
+    duty_full_scale: float | None = None
+    """The duty that means the whole supply."""
+    duty_delay_s: float | None = None
+    """From the moment at which a row was measured to that at which its duty acted."""
 
 
 UNKNOWN_RIG = ModelRig()
@@ -57,7 +61,7 @@ class Model(Shown):
     joint: Joint | None = None
     """How sure the parameters are together, those of `effects` included; None: each by itself."""
     rig: ModelRig = UNKNOWN_RIG
-    """Its encoder and supply; exports that need them take these where they are given no others."""
+    """Its encoder, supply and duties; exports take these where they are given no others."""
 
     @property
     @in_float64

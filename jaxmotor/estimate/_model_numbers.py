@@ -17,6 +17,8 @@ RANGES = {
     "speed_window_s": (0.0, 1e4),
     "counts_per_rev": (1e-3, 1e9),
     "supply_V": (1e-3, 1e6),
+    "duty_full_scale": (1e-6, 1e12),
+    "duty_delay_s": (0.0, 1e4),
 }
 """The least and the greatest magnitude of each number of a model."""
 ROUNDING = 1e-6

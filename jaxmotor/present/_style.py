@@ -13,6 +13,8 @@ import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.backend_bases import FigureCanvasBase
+from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findfont, get_font
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
@@ -82,8 +84,24 @@ OnAxes = Axes | Sequence[Axes] | np.ndarray | None
 """Where a figure's panels are drawn, row by row; None: in a figure of their own."""
 
 
+class Ruler(FigureCanvasBase):
+    """Measures texts for the layout: one for all figures, as they have many texts in common."""
+
+    def get_renderer(self) -> RendererAgg:
+        return _measuring(self.figure.dpi)
+
+
 class OwnFigure(Figure):
     """A figure that only we draw on."""
+
+    def __init__(self, **about: Any):
+        super().__init__(**about)
+        Ruler(self)
+
+
+@functools.lru_cache(2)
+def _measuring(dpi: float) -> RendererAgg:
+    return RendererAgg(1, 1, dpi)
 
 
 def styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
@@ -104,16 +122,25 @@ def _settle(figure: Figure) -> None:
     """Find the places of the axes and make the ticks now, not when the figure is drawn under others' settings.
 
     Ticks depend on the size of their axes, whose size depends on the width of the ticks' labels: this can go to and
-    fro for ever. So ticks are kept as the first round has them, and the second makes room for just these.
+    fro for ever. So ticks are kept as the first round has them; where they are not those that it made room for, a
+    second one makes room for just these.
     """
     layout = figure.get_layout_engine()
     assert layout is not None
     layout.execute(figure)
-    for ax in figure.axes:
-        for axis in (ax.xaxis, ax.yaxis):
-            axis.set_major_locator(FixedLocator(axis.get_majorticklocs().tolist()))
-    layout.execute(figure)
+    if _keep_ticks(figure):
+        layout.execute(figure)
     figure.set_layout_engine("none")
+
+
+def _keep_ticks(figure: Figure) -> bool:
+    """Fix the ticks of `figure` where they are; True where they were elsewhere when their labels were measured."""
+    moved = False
+    for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
+        places = axis.get_majorticklocs().tolist()
+        moved |= [tick.get_loc() for tick in axis.majorTicks[: len(places)]] != places
+        axis.set_major_locator(FixedLocator(places))
+    return moved
 
 
 def panels(

@@ -1,5 +1,7 @@
 """The model file: what is written is read, and anything else is a sentence."""
 
+import dataclasses
+import itertools
 import json
 from pathlib import Path
 
@@ -12,10 +14,15 @@ from made import COUNTS, SUPPLY, recording
 from jaxmotor import JaxmotorError, identify, read_model
 from jaxmotor.estimate import ModelRig, fingerprint, to_json
 
+DUTIES = (255.0, 4e-5)
+"""Full scale, and delay [s]."""
+
 
 @pytest.fixture(scope="module")
 def fit():
-    return identify(recording(0), hold_out=[3])
+    full_scale, delay = DUTIES
+    stated = dataclasses.replace(recording(0), duty_full_scale=full_scale, duty_delay_s=delay)
+    return identify(stated, hold_out=[3])
 
 
 def stored(folder: Path, text: str) -> Path:
@@ -29,14 +36,12 @@ def test_round_trip(fit, tmp_path):
     assert float(model.motor.gain) == float(fit.motor.gain) and float(model.motor.pole) == float(fit.motor.pole)
     np.testing.assert_array_equal(model.covariance, fit.covariance)
     assert model.offset_V == fit.offset_V and model.period_s == 0.005
-    assert model.rig == fit.rig == ModelRig(COUNTS, SUPPLY)
+    assert model.rig == fit.rig == ModelRig(COUNTS, SUPPLY, *DUTIES)
     made = recording(0)
     assert fingerprint(made, 0) in model.fitted and fingerprint(made, 3) not in model.fitted
 
 
 def test_a_segment_is_known_again_wherever_its_counter_stood(fit):
-    import dataclasses
-
     made = recording(0)
     moved = dataclasses.replace(made.segments[0], count=made.segments[0].count + 12345)
     again = dataclasses.replace(made, segments=(moved,))
@@ -44,13 +49,23 @@ def test_a_segment_is_known_again_wherever_its_counter_stood(fit):
 
 
 def test_a_file_without_a_rig_is_read(fit, tmp_path):
+    """As earlier versions wrote it: without duties, or with nothing."""
     content = to_json(fit)
+    assert tuple(content.pop(key) for key in ModelRig._fields[2:]) == DUTIES
+    assert read_model(stored(tmp_path, json.dumps(content))).rig == ModelRig(COUNTS, SUPPLY)
     assert (content.pop("counts_per_rev"), content.pop("supply_V")) == (COUNTS, SUPPLY)
     assert read_model(stored(tmp_path, json.dumps(content))).rig == ModelRig()
 
 
-@pytest.mark.parametrize("key", ["counts_per_rev", "supply_V"])
-@pytest.mark.parametrize("value", [-617.4, 0.0, float("nan"), 1e12, "617.4", [617.4], True])
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        *itertools.product(ModelRig._fields, [-617.4, float("nan"), 1e13, "617.4", [617.4], True]),
+        *itertools.product(["counts_per_rev", "supply_V"], [0.0, 1e12]),
+        ("duty_full_scale", 0.0),
+        ("duty_delay_s", 1e5),
+    ],
+)
 def test_no_rig_has_that(fit, tmp_path, key, value):
     path = stored(tmp_path, json.dumps(to_json(fit) | {key: value}))
     with pytest.raises(JaxmotorError, match=f"model.json: {key} is "):

@@ -7,10 +7,13 @@ import pytest
 from cases import made
 
 from jaxmotor import read
+from jaxmotor._errors import JaxmotorError
 from jaxmotor.cli import main
+from jaxmotor.control import Hardware, hardware_of
 from jaxmotor.estimate import ModelRig, model_to_json
 
 RIG = ["--counts-per-rev", "617.4", "--supply", "7.4"]
+DUTIES = ["--full-scale", "400", "--delay", "1e-3"]
 
 
 @pytest.fixture(autouse=True)
@@ -37,23 +40,69 @@ def test_every_format_is_written_and_says_what_it_leaves_out(file, tmp_path, cap
     assert capsys.readouterr().out == text
 
 
-@pytest.mark.parametrize("to", ["c", "arduino"])
-def test_the_rig_of_the_recording_is_taken_where_no_other_is_given(tmp_path, to):
-    rig = ModelRig(617.4, 7.4)
-    path = tmp_path / "motor.json"
-    path.write_text(json.dumps(model_to_json(dataclasses.replace(made(), rig=rig))))
-    outputs = [tmp_path / name for name in ("own", "given", "other")]
-    given = [[], RIG, ["--counts-per-rev", "360"]]
-    for out, options in zip(outputs, given, strict=True):
-        assert main(["export", str(path), "--to", to, *options, "-o", str(out)]) == 0
-    own, same, other = (texts(out) for out in outputs)
-    assert own == same != other
+def kept(folder, rig, **about):
+    """A model file of a recording that stated `rig`."""
+    path = folder / "rigged.json"
+    path.write_text(json.dumps(model_to_json(dataclasses.replace(made(), rig=rig, **about))))
+    return path
 
 
-def texts(out):
+def exported(path, out, to, options=()):
+    """The text that is written."""
+    assert main(["export", str(path), "--to", to, *options, "-o", str(out)]) == 0
     files = [out] if out.is_file() else sorted(out.rglob("*.h"))
     assert files
     return [file.read_text() for file in files]
+
+
+@pytest.mark.parametrize(
+    ("to", "others"),
+    [
+        *((to, ("--counts-per-rev 360", "--supply 9", "--full-scale 255", "--delay 0")) for to in ("c", "arduino")),
+        ("json", ("--counts-per-rev 360", "--supply 9", "--full-scale 255", "--delay 0", "--period 0.01")),
+        ("control", ("--delay 0", "--period 0.01")),
+        ("mujoco", ("--supply 9",)),
+    ],
+)
+def test_the_rig_of_the_recording_is_taken_where_no_other_is_given(tmp_path, to, others):
+    known, empty = kept(tmp_path, ModelRig(617.4, 7.4, 400.0, 1e-3)), tmp_path / "bare.json"
+    own = exported(known, tmp_path / "own", to)
+    assert exported(known, tmp_path / "same", to, [*RIG, *DUTIES]) == own
+    for number, other in enumerate(others):
+        assert exported(known, tmp_path / f"other{number}", to, other.split()) != own, other
+    if to != "json":
+        # A file of the earlier format, which has nothing but a period.
+        content = json.loads(known.read_text())
+        for key in ModelRig._fields:
+            del content[key]
+        empty.write_text(json.dumps(content))
+        assert exported(empty, tmp_path / "stated", to, [*RIG, *DUTIES]) == own
+
+
+def test_json_has_the_controllers_of_the_rig_that_it_knows(tmp_path, capsys):
+    known = kept(tmp_path, ModelRig(617.4, 7.4, 400.0, 1e-3))
+    content = json.loads(exported(known, tmp_path / "known", "json")[0])
+    rig = {"period_s": 0.005, "counts_per_rev": 617.4, "supply_V": 7.4, "full_scale": 400, "delay_s": 1e-3}
+    assert content["rig"] == rig and content["speed_loop"]["bandwidth_Hz"] > 0
+    part = kept(tmp_path, ModelRig(counts_per_rev=617.4))
+    assert json.loads(exported(part, tmp_path / "part", "json")[0])["rig"] is None
+    assert not capsys.readouterr().err
+
+
+def test_json_does_without_controllers_that_nobody_asked_for(tmp_path, capsys):
+    slow = kept(tmp_path, ModelRig(617.4, 7.4), period_s=3.0)
+    assert json.loads(exported(slow, tmp_path / "slow", "json")[0])["speed_loop"] is None
+    said = capsys.readouterr().err
+    assert said.startswith("jaxmotor: without controllers: period_s = 3 is longer") and said.count("\n") == 1
+    assert main(["export", str(slow), "--to", "json", *RIG]) == 1
+
+
+def test_duties_that_are_no_whole_numbers_are_not_a_controllers():
+    model = dataclasses.replace(made(), rig=ModelRig(617.4, 7.4, 1.5))
+    assert hardware_of(model) == Hardware(0.005, 617.4, 7.4)
+    assert hardware_of(model, full_scale=100, delay_s=1e-4) == Hardware(0.005, 617.4, 7.4, 100, 1e-4)
+    with pytest.raises(JaxmotorError, match="did not state counts_per_rev, supply_V; give"):
+        hardware_of(made())
 
 
 @pytest.mark.parametrize(
@@ -102,6 +151,11 @@ def test_simulate_writes_a_recording(file, tmp_path, capsys):
     assert main(arguments) == 0 and out.read_bytes() == first
     assert main([*arguments, "--seed", "7"]) == 0
     capsys.readouterr()
+    known = json.loads(file.read_text()) | ModelRig(617.4, 7.4, 400.0, 1e-3)._asdict()
+    file.write_text(json.dumps(known))
+    assert main(arguments[: -len(RIG)]) == 0
+    again = read(out)
+    assert (again.counts_per_rev, again.supply_V, again.duty_full_scale, again.duty_delay_s) == (617.4, 7.4, 400, 1e-3)
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,14 @@
 """The motor as MuJoCo loads and simulates it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from cases import VOLTS, made, simulated
 
 from jaxmotor import JaxmotorError
+from jaxmotor.control import slow_pole
+from jaxmotor.motor import linear_motor
 from jaxmotor.present.exports import to_mujoco
 
 FRICTION = ("coulomb_friction", {"volts_V": 0.3})
@@ -65,6 +69,29 @@ def test_friction_holds_at_rest(mujoco):
 def test_any_inertia_gives_the_same_motion(mujoco):
     runs = [run(mujoco, to_mujoco(made(FRICTION), inertia_kgm2=j), VOLTS) for j in (1e-6, 3e-3)]
     np.testing.assert_allclose(*runs, atol=2e-3)
+
+
+@pytest.mark.parametrize("effects", [(), (FRICTION,)], ids=["linear", "friction"])
+@pytest.mark.parametrize("lag", [2e-5, 1.2e-4, 1e-3, 4e-3, 6e-3])
+def test_a_short_electrical_lag_needs_no_short_steps(mujoco, lag, effects):
+    """1 % of the speed at steps of 1 ms, be the lag longer or far shorter."""
+    model = made(*effects, lag=lag)
+    text = to_mujoco(model)
+    assert mujoco.MjModel.from_xml_string(text).opt.timestep == 1e-3
+    speed, _ = simulated(model, VOLTS)
+    assert np.sqrt(np.mean((run(mujoco, text, VOLTS) - speed) ** 2)) < 0.01 * np.sqrt(np.mean(speed**2))
+
+
+@pytest.mark.parametrize("lag", [None, 1e-3])
+def test_a_fast_motor_has_ten_steps_in_its_time_constant(mujoco, lag):
+    model = made(lag=lag)
+    values = [10.6, 200.0] if lag is None else [10.6, 200.0, lag]
+    fast = dataclasses.replace(model, motor=linear_motor(values))
+    text = to_mujoco(fast)
+    slow = slow_pole(fast.whole)
+    assert mujoco.MjModel.from_xml_string(text).opt.timestep == pytest.approx(0.1 / slow)
+    speed, _ = simulated(fast, VOLTS)
+    assert np.sqrt(np.mean((run(mujoco, text, VOLTS) - speed) ** 2)) < 0.02 * np.sqrt(np.mean(speed**2))
 
 
 def test_an_electrical_lag_is_the_faster_pole(mujoco):

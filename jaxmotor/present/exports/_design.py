@@ -12,6 +12,7 @@ from jaxmotor.control import (
     design_estimator,
     design_position_loop,
     design_speed_loop,
+    hardware_of,
     linear_of,
 )
 from jaxmotor.estimate import AnyModel, model_of
@@ -33,18 +34,20 @@ class Design(NamedTuple):
 
 def design(
     model: AnyModel,
-    hardware: Hardware,
+    hardware: Hardware | None = None,
     *,
     kind: str = "PI",
     bandwidth_Hz: float | None = None,
     position_bandwidth_Hz: float | None = None,
     overshoot_percent: float = 5.0,
 ) -> Design:
-    """Speed loop, position loop and estimator for `model` on `hardware`.
+    """Speed loop, position loop and estimator for `model` on `hardware`, or on the rig that it was identified on.
 
     **Raises:** `JaxmotorError` where what is asked for is not possible.
     """
-    motor = model_of(model).whole
+    model = model_of(model)
+    motor = model.whole
+    hardware = hardware_of(model) if hardware is None else hardware
     taken(hardware, Hardware, "a Hardware (of jaxmotor.control)")
     linear = linear_of(motor)
     return Design(

@@ -17,8 +17,9 @@ from jaxmotor.present.exports._fixed_point import ascii_line
 from jaxmotor.present.exports._left_out import left_out
 
 INERTIA_kgm2 = 1e-4
-STEPS = 10
-"""Of MuJoCo's in the motor's time constant or shortest lag."""
+LONGEST_STEP_s, STEPS = 1e-3, 10
+"""Of MuJoCo's, and how many there are at least in the motor's time constant. An electrical lag asks for no shorter one:
+its filter is exact for any step, and acts early."""
 
 
 def to_mujoco(model: AnyModel, *, inertia_kgm2: float | None = None, supply_V: float | None = None) -> str:
@@ -27,6 +28,7 @@ def to_mujoco(model: AnyModel, *, inertia_kgm2: float | None = None, supply_V: f
     **Raises:** `JaxmotorError` where inertia or supply are not positive.
     """
     model = model_of(model)
+    supply_V = model.rig.supply_V if supply_V is None else supply_V
     for name, value in (("inertia", inertia_kgm2), ("supply", supply_V)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise JaxmotorError(f"{name} = {value:g} is not positive")
@@ -41,8 +43,9 @@ def to_mujoco(model: AnyModel, *, inertia_kgm2: float | None = None, supply_V: f
     per_volt = damping * gain
     constant = per_volt * (float(law.offset_V) - float(law.load_V))
     limit = min(filter(None, (supply_V, parameter_of(model.whole, "voltage_saturation", "volts_V"))), default=None)
-    step = min(1e-3, min(1 / pole, lag or math.inf) / STEPS)
-    dynamics = f' dyntype="filterexact" dynprm="{lag:.9g}"' if lag else ""
+    step = min(LONGEST_STEP_s, 1 / pole / STEPS)
+    # Early: the force within a step is that of the filter at its end; else it comes a step late, however short the lag.
+    dynamics = f' dyntype="filterexact" dynprm="{lag:.9g}" actearly="true"' if lag else ""
     limits = "" if limit is None else f' ctrllimited="true" ctrlrange="{-limit:.9g} {limit:.9g}"'
     notes = [f"Not carried: {sentence}" for sentence in left_out(model, "mujoco")]
     if electrical:

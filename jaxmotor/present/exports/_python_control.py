@@ -14,7 +14,7 @@ import numpy as np
 
 from jaxmotor._arguments import taken
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.control import Hardware, linear_of, sampled_motor
+from jaxmotor.control import Hardware, hardware_of, linear_of, sampled_motor
 from jaxmotor.estimate import AnyModel, Model, model_of
 from jaxmotor.present.exports._fixed_point import ascii_line, comment
 from jaxmotor.present.exports._left_out import left_out
@@ -41,7 +41,7 @@ class ControlMotor(NamedTuple):
 
 
 def to_control(model: AnyModel, hardware: Hardware | None = None) -> ControlMotor:
-    """`model` for python-control; `hardware` gives the period and the duty's delay, else the model's period is taken.
+    """`model` for python-control; `hardware` gives the period and the duty's delay, else the model's are taken.
 
     **Raises:** `JaxmotorError` where python-control is not installed.
     """
@@ -124,12 +124,12 @@ def _parts(model: Model, hardware: Hardware | None) -> dict[str, Any]:
         parts["continuous"] = tuple(np.array(matrix) for matrix in matrices)
     if hardware is not None:
         taken(hardware, Hardware, "a Hardware (of jaxmotor.control)")
-    period = hardware.period_s if hardware is not None else model.period_s
-    if period is not None:
-        rig = hardware or Hardware(period, 1.0, 1.0)
-        sampled = sampled_motor(model.whole, rig)
+    elif model.period_s is not None:
+        hardware = hardware_of(model, counts_per_rev=1.0, supply_V=1.0)  # of which voltages to speeds know nothing
+    if hardware is not None:
+        sampled = sampled_motor(model.whole, hardware)
         matrices = (sampled.transition, sampled.drive[:, None], sampled.output[None, :], np.zeros((1, 1)))
-        parts |= {"sampled": matrices, "period_s": period}
+        parts |= {"sampled": matrices, "period_s": hardware.period_s}
     if model.response is not None:
         parts |= {
             "response": np.asarray(model.response.response),

@@ -25,12 +25,21 @@ class Story:
     seed: int
 
 
-def story(recording: Recording, *, seed: int = 0, on_progress: Callable[[Progress], object] | None = None) -> Story:
+def story(
+    recording: Recording,
+    *,
+    seed: int = 0,
+    diagnosis: Diagnosis | None = None,
+    on_progress: Callable[[Progress], object] | None = None,
+) -> Story:
     """Diagnose `recording`, and validate its linear motor on half of the steps and on the closed loops.
+
+    A `diagnosis` that was made of it with this `seed` is taken as it is.
 
     **Raises:** `JaxmotorError`, one sentence, where the recording does not determine a linear motor.
     """
-    diagnosis = diagnose(recording, seed=seed, on_progress=on_progress)
+    if diagnosis is None:
+        diagnosis = diagnose(recording, seed=seed, on_progress=on_progress)
     held_out = held_out_runs(recording)
     if not held_out:
         return Story(recording, diagnosis, None, "the recording has neither two steps nor a closed loop", seed)

@@ -4,6 +4,7 @@ A backend of matplotlib that makes elements of the page: no style, no reference 
 one path, and the same text from the same figure.
 """
 
+import functools
 import math
 from typing import Any
 
@@ -91,6 +92,9 @@ class Renderer(RendererBase):
     # One element for each, without the references that matplotlib's default makes of them.
     draw_path_collection = RendererBase.draw_path_collection
 
+    def get_text_width_height_descent(self, s: str, prop: FontProperties, ismath: Any) -> tuple[float, float, float]:
+        return _measured(s, prop, ismath)
+
     def draw_text(
         self,
         gc: GraphicsContextBase,
@@ -153,6 +157,12 @@ class Renderer(RendererBase):
             self.known[content] = f"{self.name}-{len(self.known)}"
             self.parts.append(element(kind, content, id=self.known[content], **about))
         return f"url(#{self.known[content]})"
+
+
+@functools.lru_cache(4096)
+def _measured(text: str, prop: FontProperties, ismath: Any) -> tuple[float, float, float]:
+    """Width, height and descent; ticks of many figures have the same few texts."""
+    return RendererBase.get_text_width_height_descent(Renderer(0.0, 0.0, ""), text, prop, ismath)
 
 
 def _path(path: Path, transform: Transform, inside: tuple[float, float, float, float] | None, simplify: bool) -> str:
