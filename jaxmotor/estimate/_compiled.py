@@ -1,5 +1,7 @@
 """The compiled steps of an identification: few and large, because each costs a start."""
 
+from functools import partial
+
 import jax
 from jaxtyping import Array, Float, UInt32
 
@@ -12,7 +14,7 @@ from jaxmotor.estimate._uncertainty import uncertainty
 from jaxmotor.prediction import Problem
 
 
-@program
+@partial(program, brief=True)
 def response_program(sines: Sines) -> Arrays:
     """`fit_sines` and `fit_used`: the response, and (gain, pole), covariance and end of the fit to it."""
     response, _ = fit_sines(sines)
@@ -28,7 +30,7 @@ def response_program(sines: Sines) -> Arrays:
     }
 
 
-@program
+@partial(program, brief=True)
 def start_program(problem: Problem, log_poles: Float[Array, " k"]) -> Arrays:
     """`data_start`."""
     return {"psi": data_start(problem, log_poles)}
