@@ -112,7 +112,7 @@ class Padding(NamedTuple):
 
 
 PADDED = Padding(16, 2048, 64)
-SHORT_LANES, SHORT_ROWS, SHORT_PIECES = (4, 16), (512, 1024, 2048), 64
+SHORT_LANES, SHORT_ROWS, SHORT_PIECES = (1, 4, 16), (512, 1024, 2048), 64
 """Sizes of short recordings for programs that compute all rows: they do so in less time than to compile one takes."""
 
 
