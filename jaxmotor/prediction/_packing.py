@@ -127,9 +127,9 @@ def pack(
     """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted.
 
     `padding` asks for one of few shapes, `few_shapes` for the same of short recordings only, with the pieces where they
-    would be without. With `rest_before` a row of rest comes before pieces that are driven from
-    their first row on: readings that are late show in it what that row does before it is read. `noise` is that of a
-    reading where it has been estimated before.
+    would be without. With `rest_before` a row of rest comes before pieces that are driven from their first row on:
+    readings that are late show in it what that row does before it is read. `noise` is that of a reading where it has
+    been estimated before.
     """
     observation = _observation(recording)
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
@@ -141,10 +141,8 @@ def pack(
     blocks, number_of_blocks = _blocks(pieces)
     clusters = _power_of_two(number_of_blocks)
     if few_shapes and length <= SHORT_ROWS[-1]:
-        shape = tuple(
-            min(size for size in sizes if size >= least)
-            for least, sizes in zip(shape, (SHORT_LANES, SHORT_ROWS), strict=True)
-        )
+        lanes, rows = shape
+        shape = min(size for size in SHORT_LANES if size >= lanes), min(size for size in SHORT_ROWS if size >= rows)
         number_of_pieces, clusters = max(number_of_pieces, SHORT_PIECES), max(clusters, SHORT_PIECES)
     packed = Lanes(
         volts=np.zeros(shape),
