@@ -27,8 +27,9 @@ help:
 demo: $(VENV)/.installed
 	$(BIN)/jaxmotor demo
 
+# Tests fill the cores: numpy's threads would only wait for each other, and take processor time while they do.
 test: lint types toolchain
-	$(BIN)/python -m pytest -n auto --dist worksteal
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 check: lint types
 	$(BIN)/python -m pytest -q -n auto $(CHECKED)

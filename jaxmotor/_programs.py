@@ -38,8 +38,11 @@ KNOWN = ("jaxmotor", "jax", "equinox")
 """Packages whose classes programs on the disk may hold, beside what is `PLAIN`."""
 
 
-def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
-    """`function` of PyTrees, jitted; it returns arrays by name. Leaves that are no arrays choose the program."""
+def program(function: Callable[..., Arrays], *, brief: bool = False) -> Callable[..., Arrays]:
+    """`function` of PyTrees, jitted; it returns arrays by name. Leaves that are no arrays choose the program.
+
+    One that is `brief` runs for milliseconds and seldom: what the compiler could gain takes longer than it saves.
+    """
     jitted = eqx.filter_jit(function)
 
     def ready(*arguments: Any) -> tuple[Call, list[Any]] | None:
@@ -62,9 +65,9 @@ def program(function: Callable[..., Arrays]) -> Callable[..., Arrays]:
                 return function(*jax.tree.unflatten(tree, every))
 
             if folder is None or not _is_ours(tree):
-                return _lowered(flat, leaves).compile(compiler_options=_quickly())
+                return _lowered(flat, leaves).compile(compiler_options=_quickly(brief))
             path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.program"
-            return _loaded(path, leaves) or _compiled(path, flat, leaves)
+            return _loaded(path, leaves) or _compiled(path, flat, leaves, brief)
 
         return _recent.get(about, made), leaves
 
@@ -119,12 +122,12 @@ def _is_array(leaf: Any) -> bool:
     return isinstance(leaf, jax.Array | np.ndarray)
 
 
-def _compiled(path: Path, flat: Call, leaves: list[Any]) -> Call:
+def _compiled(path: Path, flat: Call, leaves: list[Any], brief: bool) -> Call:
     """`flat`, compiled for `leaves`, and kept in `path`."""
     # A program that comes from JAX's own cache cannot be stored a second time; under a new name it is not found there.
     flat.__name__ = f"program_{secrets.token_hex(8)}"
     lowered = _lowered(flat, leaves)
-    compiled = lowered.compile(compiler_options=_quickly())
+    compiled = lowered.compile(compiler_options=_quickly(brief))
     with contextlib.suppress(OSError):
         for copy in path.parent.glob(f"jit_{flat.__name__}-*"):
             copy.unlink()
@@ -164,17 +167,18 @@ def _register_lapack() -> None:
     jax.jit(jnp.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), jnp.result_type(float)))
 
 
-def _quickly() -> dict[str, Any]:
+def _quickly(brief: bool = False) -> dict[str, Any]:
     """Options with which XLA compiles these programs in half of the time on a CPU; they run a quarter faster, too.
 
     Its newer way to compile fusions takes twice as long. Of LLVM's passes the last ones gain nothing here, and parts
     compiled side by side repeat work while other programs wait. Vectors are as wide as the processor has them.
+    `brief` programs get none of LLVM's passes: compiled in two fifths of the time, they run two to four times as long.
     XLA refuses options that it does not know, so only versions that were tried are asked.
     """
     tried = jax.default_backend() == "cpu" and jax.__version_info__[:2] <= (0, 10)
     options = {
         "xla_cpu_use_fusion_emitters": False,
-        "xla_backend_optimization_level": 1,
+        "xla_backend_optimization_level": 0 if brief else 1,
         "xla_cpu_parallel_codegen_split_count": 1,
         "xla_cpu_prefer_vector_width": 512,
     }

@@ -73,14 +73,14 @@ def averaged(
     `noise` is that of a speed while nothing is known of the average. None also where more than noise is left: friction
     may have been taken for an average.
     """
-    packed = without_beginnings(recording, pack(recording, fitted, rest_before=True, noise=noise))
+    packed = without_beginnings(recording, pack(recording, fitted, rest_before=True, few_shapes=True, noise=noise))
     search = _Search(recording, packed, psi, seed)
     chosen = search.chosen()
     if chosen is not None and "window" in chosen.of_log:
         # The noise is known once the window is.
         length = stated_window(recording, float(np.exp(chosen.psi[4])) * packed.durations[0])
         restated = dataclasses.replace(recording, speed_window_s=length)
-        search.packed = without_beginnings(recording, pack(restated, fitted, rest_before=True))
+        search.packed = without_beginnings(recording, pack(restated, fitted, rest_before=True, few_shapes=True))
         chosen = search.fit(chosen.of_log, chosen.psi)
     if chosen is None or not (
         float(chosen.estimate.errors.chi2) < QUIET_CHI2 or explained(search.packed, chosen.estimate)

@@ -1,10 +1,12 @@
 """The compiled steps of an identification: few and large, because each costs a start."""
 
+from functools import partial
+
 import jax
 from jaxtyping import Array, Float, UInt32
 
 from jaxmotor._programs import Arrays, program
-from jaxmotor.estimate._response_fit import fit_response
+from jaxmotor.estimate._response_fit import fit_used
 from jaxmotor.estimate._sine_fit import Sines, fit_sines
 from jaxmotor.estimate._start import data_start
 from jaxmotor.estimate._trajectory import evaluate, solve
@@ -12,11 +14,11 @@ from jaxmotor.estimate._uncertainty import uncertainty
 from jaxmotor.prediction import Problem
 
 
-@program
+@partial(program, brief=True)
 def response_program(sines: Sines) -> Arrays:
-    """`fit_sines` and `fit_response`: the response, and (gain, pole), covariance and end of the fit to it."""
+    """`fit_sines` and `fit_used`: the response, and (gain, pole), covariance and end of the fit to it."""
     response, _ = fit_sines(sines)
-    fit = fit_response(response)
+    fit = fit_used(response, sines.used)
     return {
         "response": response.response,
         "response_covariance": response.covariance,
@@ -28,7 +30,7 @@ def response_program(sines: Sines) -> Arrays:
     }
 
 
-@program
+@partial(program, brief=True)
 def start_program(problem: Problem, log_poles: Float[Array, " k"]) -> Arrays:
     """`data_start`."""
     return {"psi": data_start(problem, log_poles)}

@@ -85,7 +85,7 @@ def identify(
     check_choice("method", method, get_args(METHODS))
     check_choice("model", model, get_args(ORDERS))
     check_whole("seed", seed)
-    prepared = prepare(recording, hold_out)
+    prepared = prepare(recording, hold_out, few_shapes=True)
     fitted, held_out, packed, notes = prepared.fitted, prepared.held_out, prepared.packed, list(prepared.notes)
     problem = as_problem(packed)
     about = _about(recording, fitted, held_out)
@@ -119,7 +119,7 @@ def best_guess(recording: Recording, why: str) -> Fit:
 
     `why` becomes a note. **Raises:** `JaxmotorError` where the recording is damaged.
     """
-    prepared = prepare(recording)
+    prepared = prepare(recording, few_shapes=True)
     problem = as_problem(prepared.packed)
     psi = _data_start(problem)
     solution = evaluate_program(problem, to_jax(psi))
@@ -138,15 +138,15 @@ def best_guess(recording: Recording, why: str) -> Fit:
     )
 
 
-def prepare(recording: Recording, hold_out: Which = ()) -> Prepared:
-    """`recording` checked and packed, without the segments `hold_out`. Numpy only.
+def prepare(recording: Recording, hold_out: Which = (), few_shapes: bool = False) -> Prepared:
+    """`recording` checked and packed as `pack` says, without the segments `hold_out`. Numpy only.
 
     **Raises:** `JaxmotorError`, as `identify`.
     """
     notes = check(recording)
     held_out = chosen_segments(recording, hold_out)
     fitted = _fitted(recording, held_out)
-    return Prepared(recording, fitted, held_out, pack(recording, fitted), notes)
+    return Prepared(recording, fitted, held_out, pack(recording, fitted, few_shapes=few_shapes), notes)
 
 
 def as_sines(data: SineData) -> Sines:
@@ -171,9 +171,10 @@ def _response(recording: Recording, fitted: tuple[int, ...], notes: list[str]) -
     """The frequency response and the motor that fits it, where there are sines for it."""
     if not enough_sines(recording, fitted):
         return None
-    data = sine_data(recording, fitted)
+    data = sine_data(recording, fitted, few_shapes=True)
     found = {name: np.asarray(value) for name, value in response_program(as_sines(data)).items()}
-    arrays = (data.frequency_Hz, found["response"], found["response_covariance"], found["amplitude_V"], data.period_s)
+    each = (data.frequency_Hz, found["response"], found["response_covariance"], found["amplitude_V"])
+    arrays = (*(values[: len(data.segments)] for values in each), data.period_s)
     window = data.window_s if data.kind == "speed" else None
     response = to_numpy(FrequencyResponse(*to_jax(arrays), window_s=window))
     if not found["solved"]:
@@ -242,7 +243,8 @@ def _timed(
     """
     if recording.duty_delay_s is not None or float(untimed.errors.evidence) <= EVIDENCE:
         return None
-    packed = without_beginnings(recording, pack(recording, fitted, rest_before=True, noise=packed.observation.noise))
+    packed = pack(recording, fitted, rest_before=True, few_shapes=True, noise=packed.observation.noise)
+    packed = without_beginnings(recording, packed)
     start = np.append(np.asarray(untimed.solution.psi), FIRST_OFFSET_ROWS)
     try:
         timed = fit_whole(recording, as_problem(packed, timed=True), start, seed)

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import optimistix as optx
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._sine_fit import linear_start
@@ -22,7 +22,7 @@ class ResponseFit(eqx.Module):
     """Of (log |K|, log a [, log τ]) [1], scaled up where the residuals are larger than their standard errors."""
     cost: Float[Array, ""]
     """Sum of squared residuals in standard errors."""
-    freedom: int = eqx.field(static=True)
+    freedom: Int[Array, ""]
     """Number of residuals less number of parameters."""
     solved: Bool[Array, ""]
     """The solver ended by itself, and the gradient has vanished."""
@@ -35,18 +35,32 @@ def fit_response(measured: FrequencyResponse, order: int = 1) -> ResponseFit:
     Needs at least as many numbers (two per frequency) as parameters. The start is linear least squares; a second order
     starts from a slow and from a fast electrical part, and the better end is kept.
     """
-    start = linear_start(measured.frequency_Hz, _about_mean_speed(measured), measured.period_s)
-    logs, sign = jnp.stack([jnp.log(jnp.abs(start.gain)), jnp.log(start.pole)]), jnp.sign(start.gain)
+    every = jnp.ones(measured.frequency_Hz.shape, bool)
+    logs, sign = _start(measured, every)
     if order == 1:
-        return _fit(measured, logs, sign)
+        return _fit(measured, every, logs, sign)
     shifts = jnp.asarray([-1.5, -4.0], logs.dtype)
-    fits = jax.lax.map(lambda shift: _fit(measured, jnp.append(logs, shift - logs[1]), sign), shifts)
+    fits = jax.lax.map(lambda shift: _fit(measured, every, jnp.append(logs, shift - logs[1]), sign), shifts)
     best = jnp.argmin(jnp.where(jnp.isfinite(fits.cost), fits.cost, jnp.inf))
     return jax.tree.map(lambda leaf: leaf[best], fits)
 
 
-def _fit(measured: FrequencyResponse, start: Float[Array, " p"], sign: Float[Array, ""]) -> ResponseFit:
+def fit_used(measured: FrequencyResponse, used: Bool[Array, " f"]) -> ResponseFit:
+    """`fit_response` of first order to the frequencies that are `used`."""
+    return _fit(measured, used, *_start(measured, used))
+
+
+def _start(measured: FrequencyResponse, used: Bool[Array, " f"]) -> tuple[Float[Array, " 2"], Float[Array, ""]]:
+    """Logarithms of gain and pole to start from, and the gain's sign."""
+    start = linear_start(measured.frequency_Hz, _about_mean_speed(measured), measured.period_s, used)
+    return jnp.stack([jnp.log(jnp.abs(start.gain)), jnp.log(start.pole)]), jnp.sign(start.gain)
+
+
+def _fit(
+    measured: FrequencyResponse, used: Bool[Array, " f"], start: Float[Array, " p"], sign: Float[Array, ""]
+) -> ResponseFit:
     weight = jax.vmap(lambda c: jnp.linalg.inv(jnp.linalg.cholesky(c)))(measured.covariance)
+    weight = jnp.where(used[:, None, None], weight, 0.0)
 
     def residual(logs: Float[Array, " p"], args: None) -> Float[Array, "f 2"]:
         del args
@@ -58,11 +72,11 @@ def _fit(measured: FrequencyResponse, start: Float[Array, " p"], sign: Float[Arr
     left = residual(solution.value, None)
     jacobian = jax.jacfwd(residual)(solution.value, None).reshape(-1, len(start))
     inverse = jnp.linalg.inv(jacobian.T @ jacobian)
-    cost, freedom = (left**2).sum(), left.size - len(start)
+    cost, freedom = (left**2).sum(), 2 * used.sum() - len(start)
     # What is still to gain, in standard errors; the solver's own word is not enough.
     gradient = jacobian.T @ left.reshape(-1)
     solved = (solution.result == optx.RESULTS.successful) & (gradient @ inverse @ gradient < 1e-4 * (1 + cost))
-    scale = jnp.maximum(cost / max(freedom, 1), 1.0)
+    scale = jnp.maximum(cost / jnp.maximum(freedom, 1).astype(cost.dtype), 1.0)
     return ResponseFit(motor_from_logs(solution.value, sign), inverse * scale, cost, freedom, solved)
 
 

@@ -4,8 +4,11 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from jaxmotor.prediction import bucket
+from jaxmotor.prediction import bucket, up_by_four
 from jaxmotor.recording import Recording, Segment, at_duty
+
+LEAST_SINES, LEAST_ROWS = 8, 512
+"""The fewest where few shapes are asked for; more come by factors of four."""
 
 
 class SineData(NamedTuple):
@@ -38,8 +41,11 @@ def sine_segments(recording: Recording, segments: tuple[int, ...]) -> tuple[int,
     )
 
 
-def sine_data(recording: Recording, segments: tuple[int, ...]) -> SineData:
-    """The sine segments among `segments`; there must be one, and an even `period_s`."""
+def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool = False) -> SineData:
+    """The sine segments among `segments`; there must be one, and an even `period_s`.
+
+    With `few_shapes` there are more rows, and after the last frequency some of 1 Hz without rows.
+    """
     chosen = sine_segments(recording, segments)
     period = recording.period_s
     assert chosen and period is not None
@@ -47,6 +53,8 @@ def sine_data(recording: Recording, segments: tuple[int, ...]) -> SineData:
     runs = [recording.segments[index] for index in chosen]
     unit = 2 * np.pi / (recording.counts_per_rev or 1.0) if recording.measured == "count" else 1.0
     shape = (len(chosen), bucket(max(map(len, runs))))
+    if few_shapes:
+        shape = (up_by_four(LEAST_SINES, shape[0]), up_by_four(LEAST_ROWS, shape[1]))
     time = np.broadcast_to(np.arange(shape[1]) * period, shape).copy()
     volts, measured, valid = np.zeros(shape), np.zeros(shape), np.zeros(shape, bool)
     for row, run in enumerate(runs):
@@ -57,8 +65,9 @@ def sine_data(recording: Recording, segments: tuple[int, ...]) -> SineData:
         valid[cells] = True
     if kind == "mean_speed":
         valid[:, 0] = False
-    amplitude = np.array([float(run.parameters.get("amplitude_V", np.nan)) for run in runs])
-    frequency = np.array([float(run.parameters["frequency_Hz"]) for run in runs])
+    amplitude, frequency = np.full(shape[0], np.nan), np.ones(shape[0])
+    amplitude[: len(runs)] = [float(run.parameters.get("amplitude_V", np.nan)) for run in runs]
+    frequency[: len(runs)] = [float(run.parameters["frequency_Hz"]) for run in runs]
     known = recording.measured == "count"
     return SineData(chosen, frequency, amplitude, time, volts, measured, valid, unit, period, kind, window, known)
 

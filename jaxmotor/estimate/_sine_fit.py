@@ -26,7 +26,7 @@ ROUNDS = 4
 
 
 class Sines(eqx.Module):
-    """The sine segments of one recording, padded to one length."""
+    """The sine segments of one recording, padded to one length, and perhaps with frequencies that have no rows."""
 
     frequency_Hz: Float[Array, " f"]
     time: Float[Array, "f n"]
@@ -44,6 +44,11 @@ class Sines(eqx.Module):
     window_s: float = eqx.field(static=True)
     floor_known: bool = eqx.field(static=True)
     """A unit is one count, so that a position's error has variance 1/12."""
+
+    @property
+    def used(self) -> Bool[Array, " f"]:
+        """The frequency has rows."""
+        return self.valid.any(axis=1)
 
     @property
     def z(self) -> Complex[Array, " f"]:
@@ -95,11 +100,14 @@ def fit_sines(sines: Sines) -> tuple[FrequencyResponse, FirstOrder]:
     wave = sine_columns(sines)
     constant = jnp.ones((*sines.time.shape, 1), sines.time.dtype)
     drive = fit_phasors(jnp.concatenate([wave, constant], axis=-1), sines.volts, sines.valid).phasor
-    start = FirstOrder(jnp.ones_like(sines.unit), 2 * jnp.pi * jnp.exp(jnp.log(sines.frequency_Hz).mean()))
+    drive = jnp.where(sines.used, drive, jnp.ones_like(drive))
+    middle = jnp.exp(jnp.log(sines.frequency_Hz).mean(where=sines.used))
+    start = FirstOrder(jnp.ones_like(sines.unit), 2 * jnp.pi * middle)
 
     def again(_, motor: FirstOrder) -> FirstOrder:
         output = _fit_output(sines, wave, sines.measured, motor.pole).phasor / drive
-        return linear_start(sines.frequency_Hz, _mean_speed(output, sines) * to_complex(sines.unit), sines.period)
+        response = _mean_speed(output, sines) * to_complex(sines.unit)
+        return linear_start(sines.frequency_Hz, response, sines.period, sines.used)
 
     motor = jax.lax.fori_loop(0, ROUNDS, again, start)
     known, own = jnp.zeros_like(sines.measured), jnp.zeros_like(drive)
@@ -111,13 +119,18 @@ def fit_sines(sines: Sines) -> tuple[FrequencyResponse, FirstOrder]:
 
 
 def linear_start(
-    frequency_Hz: Float[Array, " f"], response: Complex[Array, " f"], period: Float[Array, ""]
+    frequency_Hz: Float[Array, " f"],
+    response: Complex[Array, " f"],
+    period: Float[Array, ""],
+    used: Bool[Array, " f"] | None = None,
 ) -> FirstOrder:
-    """First-order motor near the mean-speed response V: V z = p V + b1 z + b0 is linear in p, b1, b0."""
+    """First-order motor near the mean-speed response V, where `used`: V z = p V + b1 z + b0 is linear in p, b1, b0."""
     turns = 2 * jnp.pi * frequency_Hz * period
     z = jax.lax.complex(jnp.cos(turns), jnp.sin(turns))
     columns = jnp.stack([response, z, jnp.ones_like(z)], axis=-1)
     right = response * z
+    if used is not None:
+        columns, right = jnp.where(used[:, None], columns, 0.0), jnp.where(used, right, 0.0)
     stacked = jnp.concatenate([columns.real, columns.imag])
     (p, b1, b0), *_ = jnp.linalg.lstsq(stacked, jnp.concatenate([right.real, right.imag]))
     p = jnp.clip(p, jnp.exp(-20.0), 1 - 1e-7)
@@ -127,7 +140,7 @@ def linear_start(
 def _fit_output(
     sines: Sines, wave: Float[Array, "f n 2"], values: Float[Array, "f n"], pole: Float[Array, ""]
 ) -> Phasors:
-    length = jnp.max(jnp.where(sines.valid, sines.time, 0.0), axis=1, keepdims=True)
+    length = jnp.max(jnp.where(sines.valid, sines.time, sines.period), axis=1, keepdims=True)
     more = [jnp.ones_like(sines.time), jnp.exp(-pole * sines.time)]
     if sines.kind == "position":
         more.append(2 * sines.time / length - 1)

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from jaxmotor.estimate._trajectory import least_squares, whitened
 from jaxmotor.motor import FirstOrder
-from jaxmotor.prediction import Lanes, Problem, observe, start_columns
+from jaxmotor.prediction import Lanes, Problem, bucket, observe, start_columns
 
 POLES = 24
 
@@ -15,7 +15,7 @@ POLES = 24
 def pole_range(lanes: Lanes) -> np.ndarray:
     """Logarithms of `POLES` poles [rad/s], from one that hardly shows in the longest lane to one faster than a tick."""
     shortest = float(np.min(lanes.duration))
-    longest = shortest * lanes.volts.shape[1]
+    longest = shortest * bucket(int(np.flatnonzero(lanes.valid.any(axis=0)).max(initial=0)) + 2)
     return np.linspace(np.log(0.1 / longest), np.log(3.0 / shortest), POLES)
 
 

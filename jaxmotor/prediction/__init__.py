@@ -35,6 +35,7 @@ from jaxmotor.prediction._packing import Padding as Padding
 from jaxmotor.prediction._packing import bucket as bucket
 from jaxmotor.prediction._packing import pack as pack
 from jaxmotor.prediction._packing import pieces_of as pieces_of
+from jaxmotor.prediction._packing import up_by_four as up_by_four
 from jaxmotor.prediction._problem import Problem as Problem
 from jaxmotor.prediction._problem import as_problem as as_problem
 from jaxmotor.prediction._shaft import shaft_angles as shaft_angles

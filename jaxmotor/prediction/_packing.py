@@ -112,6 +112,8 @@ class Padding(NamedTuple):
 
 
 PADDED = Padding(16, 2048, 64)
+SHORT_LANES, SHORT_ROWS, SHORT_PIECES = (1, 4, 16), (512, 1024, 2048), 64
+"""Sizes of short recordings for programs that compute all rows: they do so in less time than to compile one takes."""
 
 
 def pack(
@@ -119,23 +121,29 @@ def pack(
     segments: tuple[int, ...],
     padding: Padding | None = None,
     rest_before: bool = False,
+    few_shapes: bool = False,
     noise: Noise | None = None,
 ) -> Packed:
     """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted.
 
-    `padding` asks for one of few shapes. With `rest_before` a row of rest comes before pieces that are driven from
-    their first row on: readings that are late show in it what that row does before it is read. `noise` is that of a
-    reading where it has been estimated before.
+    `padding` asks for one of few shapes, `few_shapes` for the same of short recordings only, with the pieces where they
+    would be without. With `rest_before` a row of rest comes before pieces that are driven from their first row on:
+    readings that are late show in it what that row does before it is read. `noise` is that of a reading where it has
+    been estimated before.
     """
     observation = _observation(recording)
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
     if rest_before:
         pieces = [piece._replace(rest=_driven_at_once(recording, piece)) for piece in pieces]
     lane_of, start_of, length = _place([_size(piece) for piece in pieces], padding.lanes if padding else None)
-    shape = (padding.lanes, _rows(padding, length)) if padding else (max(lane_of) + 1, bucket(length))
+    shape = (padding.lanes, up_by_four(padding.rows, length)) if padding else (max(lane_of) + 1, bucket(length))
     number_of_pieces = max(_power_of_two(len(pieces)), padding.pieces if padding else 1)
     blocks, number_of_blocks = _blocks(pieces)
     clusters = _power_of_two(number_of_blocks)
+    if few_shapes and length <= SHORT_ROWS[-1]:
+        lanes, rows = shape
+        shape = min(size for size in SHORT_LANES if size >= lanes), min(size for size in SHORT_ROWS if size >= rows)
+        number_of_pieces, clusters = max(number_of_pieces, SHORT_PIECES), max(clusters, SHORT_PIECES)
     packed = Lanes(
         volts=np.zeros(shape),
         reset=np.zeros(shape, bool),
@@ -240,11 +248,11 @@ def _place(sizes: list[int], lanes: int | None) -> tuple[list[int], list[int], i
     return lane_of, start_of, max(load)
 
 
-def _rows(padding: Padding, length: int) -> int:
-    rows = padding.rows
-    while rows < length:
-        rows *= 4
-    return rows
+def up_by_four(least: int, size: int) -> int:
+    """The first of `least`, 4 `least`, 16 `least`, ... that holds `size`."""
+    while least < size:
+        least *= 4
+    return least
 
 
 def bucket(size: int) -> int:
