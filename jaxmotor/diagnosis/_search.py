@@ -137,7 +137,7 @@ class Search:
         """What the curves of a model cost more than they do in others, in logarithms of probability: by their prior,
         where a known law beside it leaves less to a curve, that is the likelier."""
         each = {name: self.energies[names].get(name, 0.0) for name in names & LEARNED.keys()}
-        return sum((energy - self._least_energy(name) for name, energy in each.items()), 0.0)
+        return sum((max(energy - self._least_energy(name), 0.0) for name, energy in each.items()), 0.0)
 
     def _least_energy(self, curve: str) -> float:
         """Of a `curve`, in models that explain about as much as the best one with it."""
