@@ -36,7 +36,7 @@ def learned_laws(
         gain = without - held.after.drift
         laws[name] = law_of(fitted, name, spread, trial, _share(gain, without), gain)
     tried = []
-    for names, other in search.visited.items() if partial else ():
+    for names, other in search.visited.fitted.items() if partial else ():
         more = [name for name in _learned(other) if name not in fitted.names]
         if len(more) == 1 and names - {more[0]} == set(fitted.names):
             gain = held.after.drift - held.drift(other.motor, other, held.after.drift)

@@ -34,6 +34,7 @@ from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
+from jaxmotor.diagnosis._visited import falling
 from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import LEARNED, OF_LOG, AbstractDisturbance, AbstractLearnedEffect, AbstractStepInTime
@@ -240,7 +241,7 @@ def _probabilities(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, 
     """Of each effect that was tried and of `none`, the largest first."""
     sure = OF_NAME(found.left)
     each = {name: share if name == NONE else sure * share for name, share in found.probabilities.items()}
-    return _falling(each | {one.name: one.probability for one in effects} if each else each)
+    return falling(each | {one.name: one.probability for one in effects} if each else each)
 
 
 def _families(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]:
@@ -248,11 +249,7 @@ def _families(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float
     each = {family: OF_FAMILY(found.left) * share for family, share in found.families.items()}
     for one in effects:
         each[one.effect.family] = max(each.get(one.effect.family, 0.0), one.of_family)
-    return _falling({family: share for family, share in each.items() if family})
-
-
-def _falling(shares: dict[str, float]) -> dict[str, float]:
-    return dict(sorted(shares.items(), key=lambda item: -item[1]))
+    return falling({family: share for family, share in each.items() if family})
 
 
 def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:

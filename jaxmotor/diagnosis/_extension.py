@@ -14,8 +14,9 @@ from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._score_test import best_beside
-from jaxmotor.diagnosis._search import FAR, GROWS, LEAST, Search
+from jaxmotor.diagnosis._search import GROWS, LEAST, Search
 from jaxmotor.diagnosis._solve import Fitted
+from jaxmotor.diagnosis._visited import FAR
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import LEARNED, AbstractDisturbance, AbstractEffect, AbstractStepInTime, parameters
 
@@ -46,15 +47,15 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
         _try(search, [search.linear], starts, own.chi2)
         helpful = [start for start in starts if _helps(search, own, start)]
         if helpful:
-            _try(search, search.without_each(own), helpful, search.best().chi2)
+            _try(search, search.without_each(own), helpful, search.visited.best().chi2)
 
     found = search.run(last)
     if is_explained(found.fitted):
         return _of_one_law(search, found)
     for _ in range(MORE):
         before = set(found.fitted.names)
-        last(search.visited.get(frozenset(before), found.fitted))
-        found = search.settled(search.best())
+        last(search.visited.fitted.get(frozenset(before), found.fitted))
+        found = search.settled(search.visited.best())
         if is_explained(found.fitted) or set(found.fitted.names) == before:
             break
     return found
@@ -63,7 +64,7 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
 def _of_one_law(search: Search, found: Found) -> Found:
     """`found`, or one law in the place of two, where it does as well: a learned one in the place of all, or one over
     the coordinate that two of them depend on."""
-    own = search.visited.get(frozenset(found.fitted.names), found.fitted)
+    own = search.visited.fitted.get(frozenset(found.fitted.names), found.fitted)
     if len(found.named) < 2:
         return found
     last = [effect for effect in search.solver.request.asked() if effect.sought_last]
@@ -78,7 +79,7 @@ def _of_one_law(search: Search, found: Found) -> Found:
             rest = without_effect(rest, effect.name) if type(effect).over in twice else rest
         base = search.solver.fit(rest, own.speeds, COARSE)
         _try(search, [base], [start for one in last if one.over in twice for start in one.starts(search.rig)], bar)
-    best = search.best()
+    best = search.visited.best()
     return found if set(best.names) == set(own.names) else search.settled(best)
 
 
@@ -100,7 +101,7 @@ def _starts(search: Search, own: Fitted, looks: Iterable[Look]) -> list[Abstract
 
 def _helps(search: Search, own: Fitted, start: AbstractEffect) -> bool:
     """A motor with it, beside the effects of `own` or alone, is about as likely as the best one."""
-    weight = search.weights()
+    weight = search.visited.weights()
     having = [weight.get(names | {start.name}, 0.0) for names in (frozenset(own.names), search.own)]
     return max(having) > GROWS * max(weight.values())
 
@@ -112,7 +113,7 @@ def _try(search: Search, bases: list[Fitted], starts: list[AbstractEffect], bar:
     short = (*LEARNED.values(), AbstractStepInTime)
     _fit_each(search, bases, [start for start in starts if isinstance(start, short)], bar)
     others = [start for start in starts if not isinstance(start, short)]
-    _fit_each(search, bases, others, min(bar, FAR * search.best().chi2))
+    _fit_each(search, bases, others, min(bar, FAR * search.visited.best().chi2))
 
 
 def _fit_each(search: Search, bases: list[Fitted], starts: Sequence[AbstractEffect], bar: float) -> None:
@@ -123,7 +124,7 @@ def _fit_each(search: Search, bases: list[Fitted], starts: Sequence[AbstractEffe
         for base in bases
         for own in laws
         if own[0].name not in search.relations.barred(base.template.effects)
-        and frozenset((*base.names, own[0].name)) not in search.visited
+        and frozenset((*base.names, own[0].name)) not in search.visited.fitted
     ]
 
     def fits(task: tuple[Fitted, tuple[AbstractEffect, ...]]) -> list[Fitted]:
@@ -131,7 +132,7 @@ def _fit_each(search: Search, bases: list[Fitted], starts: Sequence[AbstractEffe
         return [search.solver.fit(motor, base.speeds, COARSE, bar=bar) for motor in _begins(search, base, own)]
 
     for found in side_by_side(fits, tasks):
-        search.keep(found)
+        search.visited.keep(found)
 
 
 def _begins(search: Search, base: Fitted, starts: tuple[AbstractEffect, ...]) -> list[Motor]:

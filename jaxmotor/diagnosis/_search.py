@@ -1,6 +1,6 @@
 """Model selection: effects are added as long as blocks of rows that were left out ask for them.
 
-Every model that is fitted is kept with its evidence (`_evidence`). From each of the best models of one size the
+Every model that is fitted is kept with its evidence (`_visited`). From each of the best models of one size the
 candidate effects that score best are added in turn, the scores taken anew at that model's gain and pole. The model of
 the largest weight is chosen; each of its effects then has to stand against the best alternatives in its place.
 """
@@ -11,22 +11,21 @@ from collections.abc import Callable
 
 import numpy as np
 
-from jaxmotor.diagnosis._evidence import NOTHING, Evidence, evidence, weights
-from jaxmotor.diagnosis._found import COARSE, EXPLAINED, FINE, NAMED, NEARLY, NONE, Found, Named, enough, share_left
+from jaxmotor.diagnosis._evidence import NOTHING
+from jaxmotor.diagnosis._found import COARSE, EXPLAINED, FINE, NAMED, NEARLY, Found, Named, enough, share_left
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, late
 from jaxmotor.diagnosis._solve import Fitted, Solver
+from jaxmotor.diagnosis._visited import FAR, Names, Visited
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import (
-    LEARNED,
     AbstractEffect,
     AbstractLearnedEffect,
     AbstractLoadEffect,
     Rig,
-    energy,
     parameters,
 )
 
@@ -49,15 +48,11 @@ LEAST, SHARE = 0.1, 0.5
 anything. Where the noise is known, part of what is there beside it."""
 LITTLE = 0.5
 """Part of chi2: where the first effect leaves more, it is tried from another start, too."""
-FAR = 2.0
-"""chi2 per sample above which a law is no alternative to one that leaves but noise."""
 LIKELY = 0.4
 """Part of the best score's gain that a law of two inertias must promise where another effect explains everything."""
 HINT = 0.5
 """Part of `NOTHING` that a score must promise where the noise is known and not much else is left."""
 CONTESTS = 3
-
-Names = frozenset[str]
 
 
 class Search:
@@ -66,10 +61,9 @@ class Search:
     def __init__(self, solver: Solver, first: Motor, linear: Fitted, rig: Rig):
         self.solver, self.first, self.linear, self.rig = solver, first, linear, rig
         self.relations = Relations(solver.request.known)
-        self.visited: dict[Names, Fitted] = {}
-        self.evidence: dict[Names, Evidence] = {}
-        self.energies: dict[Names, dict[str, float]] = {}
-        """Of the curves of each model that was visited."""
+        self.visited = Visited(linear, self.relations, rig, solver.piece)
+        self.own = self.visited.own
+        """What is the log's: no candidate, and no cause."""
         self.tried: set[Names] = set()
         self.shared: set[Names] = set()
         """Models of which an effect's size has been shared with its kin."""
@@ -78,10 +72,6 @@ class Search:
         self.contested: list[Fitted] = []
         """Those in which effects that are alike have been tried in each other's place."""
         self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
-        self.own = frozenset(linear.names)
-        """What is the log's: no candidate, and no cause."""
-        self.visited[self.own], self.evidence[self.own] = linear, evidence(linear, solver.piece)
-        self.energies[self.own] = {}
 
     def run(self, last: Callable[[Fitted], None]) -> Found:
         """The effects; none if nothing pays. Where two of the usual ones leave something, `last` fits others beside the
@@ -89,19 +79,19 @@ class Search:
         beam = [self.linear]
         for size in range(1, DEPTH + 1):
             self._extend(beam, FIRST if size == 1 else LATER)
-            weight = self.weights()
+            weight = self.visited.weights()
             of_size = [names for names in weight if len(names - self.own) == size]
             larger = sorted(of_size, key=lambda names: -weight[names])
             most = max(weight.values())
             if not larger or weight[larger[0]] < GROWS * most:
                 break
-            if size == FEW and not self.explains(self.best()):
-                last(self.best())
-                if self.explains(self.best()):
+            if size == FEW and not self.explains(self.visited.best()):
+                last(self.visited.best())
+                if self.explains(self.visited.best()):
                     break
             best = [names for names in larger[:BEAM] if weight[names] > HOPELESS * most]
-            beam = [self.visited[names] for names in dict.fromkeys([*best, *self._simpler(best[0])])]
-        return self.settled(self.best())
+            beam = [self.visited.fitted[names] for names in dict.fromkeys([*best, *self._simpler(best[0])])]
+        return self.settled(self.visited.best())
 
     def explains(self, fitted: Fitted) -> bool:
         """`fitted` leaves nothing that its laws are not off by."""
@@ -111,60 +101,23 @@ class Search:
         """The best model near `fitted`, with the alternatives to each of its effects."""
         for _ in range(CONTESTS):
             self._contest(fitted)
-            better = self.best()
+            better = self.visited.best()
             if better is fitted:
                 break
             fitted = better
         fitted = self._known(self._likely(fitted))
         named = tuple(self._named(fitted, name) for name in self._causes(fitted))
         last = self._refined(fitted) if named else self.linear
-        return Found(self.linear, last, named, self._probabilities(), self._families())
+        return Found(self.linear, last, named, self.visited.probabilities(), self.visited.families())
 
     def _simpler(self, names: Names) -> list[Names]:
         """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
         another effect does."""
         others = [names - {name} | {simple} for name in names - self.own for simple in self.relations.simpler(name)]
-        return [other for other in others if other in self.visited]
-
-    def weights(self) -> dict[Names, float]:
-        """Probability of each model that was visited."""
-        names = list(self.visited)
-        prices = [sum(map(self.relations.price, one - self.own), self._bends(one)) for one in names]
-        found = weights([self.evidence[one] for one in names], prices)
-        return dict(zip(names, found.tolist(), strict=True))
-
-    def _bends(self, names: Names) -> float:
-        """What the curves of a model cost more than they do in others, in logarithms of probability: by their prior,
-        where a known law beside it leaves less to a curve, that is the likelier."""
-        each = {name: self.energies[names].get(name, 0.0) for name in names & LEARNED.keys()}
-        return sum((max(energy - self._least_energy(name), 0.0) for name, energy in each.items()), 0.0)
-
-    def _least_energy(self, curve: str) -> float:
-        """Of a `curve`, in models that explain about as much as the best one with it."""
-        having = [names for names in self.visited if curve in names]
-        far = FAR * min(self.visited[names].chi2 for names in having)
-        return min(self.energies[names][curve] for names in having if self.visited[names].chi2 <= far)
+        return [other for other in others if other in self.visited.fitted]
 
     def _causes(self, fitted: Fitted) -> list[str]:
         return [name for name in fitted.names if name not in self.own]
-
-    def best(self) -> Fitted:
-        weight = self.weights()
-        return self.visited[max(weight, key=lambda names: weight[names])]
-
-    def probability(self, *effects: str) -> float:
-        """Of any of these `effects`: the sum over the models that have one."""
-        return sum((weight for names, weight in self.weights().items() if names.intersection(effects)), 0.0)
-
-    def _probabilities(self) -> dict[str, float]:
-        tried = {name for names in self.visited for name in names - self.own}
-        each = {NONE: self.weights()[self.own]} | {name: self.probability(name) for name in tried}
-        return dict(sorted(each.items(), key=lambda item: -item[1]))
-
-    def _families(self) -> dict[str, float]:
-        """Probability of each family of effects: the sum over the models that have one of it."""
-        each = {family: self.probability(*names) for family, names in self.relations.families().items()}
-        return dict(sorted(each.items(), key=lambda item: -item[1]))
 
     def _contest(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
@@ -177,9 +130,9 @@ class Search:
         swapped = [(fitted, motor) for motor in self._likewise(fitted, beside=False)]
         # Of two that are alike one may do the work of a third.
         for base in bases:
-            new = (motor for motor in self._likewise(base, beside=False) if _names(motor) not in self.visited)
+            new = (motor for motor in self._likewise(base, beside=False) if _names(motor) not in self.visited.fitted)
             swapped += [(base, motor) for motor in new]
-        self.keep(side_by_side(lambda task: self._fit(*task, FAR * fitted.chi2), swapped))
+        self.visited.keep(side_by_side(lambda task: self._fit(*task, FAR * fitted.chi2), swapped))
 
     def _likewise(self, fitted: Fitted, *, beside: bool) -> list[Motor]:
         """`fitted` with effects that are alike in each other's place, or `beside` each other with half the size."""
@@ -221,21 +174,16 @@ class Search:
         self.tried.update(tasks)
         self.shared.update(frozenset(base.names) for base, _ in shared)
         found = self._fitted(tasks, bar)
-        self.keep(found + side_by_side(lambda task: self._fit(*task, min(bar, self._bar(task[0]))), shared))
-        self.keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
+        self.visited.keep(found + side_by_side(lambda task: self._fit(*task, min(bar, self._bar(task[0]))), shared))
+        self.visited.keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
         self.again(bases)
 
     def again(self, bases: list[Fitted]) -> None:
         """Fit each of `bases` once more, from where the best of its extensions ended: a law that takes up little may
         still have led gain, pole and the other effects out of a local minimum."""
-        best = {base: min(self._longer(base), key=lambda one: one.chi2, default=base) for base in bases}
+        best = {base: min(self.visited.longer(base), key=lambda one: one.chi2, default=base) for base in bases}
         led = [(base, one) for base, one in best.items() if one.chi2 < self.least(base, LEAST)]
-        self.keep(side_by_side(lambda pair: self._fit(pair[1], _common(*pair), pair[0].chi2), led))
-
-    def _longer(self, base: Fitted) -> list[Fitted]:
-        """Models with one effect more than `base`."""
-        names = frozenset(base.names)
-        return [one for own, one in self.visited.items() if names < own and len(own) == len(names) + 1]
+        self.visited.keep(side_by_side(lambda pair: self._fit(pair[1], _common(*pair), pair[0].chi2), led))
 
     def _leaders(self, base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: tuple[str, ...]) -> list[str]:
         """`most` effects by their scores, few of them alike, and `also` these."""
@@ -297,11 +245,11 @@ class Search:
         if fitted not in self.shortened:
             # Also those that are known: from here a fit may end in a lower minimum than it did.
             self.shortened.append(fitted)
-            self.keep(side_by_side(lambda name: self._shorter(fitted, name), causes))
-        return [self.visited[names] for names in rest if names in self.visited]
+            self.visited.keep(side_by_side(lambda name: self._shorter(fitted, name), causes))
+        return [self.visited.fitted[names] for names in rest if names in self.visited.fitted]
 
     def _shorter(self, fitted: Fitted, name: str) -> Fitted:
-        known = self.visited.get(frozenset(fitted.names) - {name})
+        known = self.visited.fitted.get(frozenset(fitted.names) - {name})
         bar = math.inf if known is None else known.chi2
         return self._fit(fitted, without_effect(fitted.motor, name), bar)
 
@@ -311,18 +259,18 @@ class Search:
         for effect in fitted.template.effects:
             rest = frozenset(fitted.names) - {effect.name}
             simpler = self.relations.simpler(effect.name) if isinstance(effect, AbstractLearnedEffect) else ()
-            weight = self.weights()
+            weight = self.visited.weights()
             least = EQUAL * weight[frozenset(fitted.names)]
             known = [rest | {name} for name in simpler if weight.get(rest | {name}, 0.0) > least]
-            known = [names for names in known if self.explains(self.visited[names])]
+            known = [names for names in known if self.explains(self.visited.fitted[names])]
             if known:
-                return self.visited[max(known, key=lambda names: weight[names])]
+                return self.visited.fitted[max(known, key=lambda names: weight[names])]
         return fitted
 
     def _likely(self, fitted: Fitted) -> Fitted:
         """`fitted` without effects that are less likely than not, or take up too little where something is left."""
         for name in self._causes(fitted):
-            shorter = self.visited.get(frozenset(fitted.names) - {name})
+            shorter = self.visited.fitted.get(frozenset(fitted.names) - {name})
             unlikely = self._named(fitted, name).with_equal < NAMED
             if shorter is not None and (unlikely or self._imitates(shorter, fitted)):
                 return self._likely(shorter)
@@ -337,14 +285,14 @@ class Search:
 
     def _named(self, fitted: Fitted, name: str) -> Named:
         """The effect `name` of `fitted`, and the models with another one in its place, the best first."""
-        weight, rest = self.weights(), frozenset(fitted.names) - {name}
+        weight, rest = self.visited.weights(), frozenset(fitted.names) - {name}
         others = [names for names in weight if len(names) == len(fitted.names) and rest < names and name not in names]
         others.sort(key=lambda names: -weight[names])
         equal = [names for names in others if weight[names] > EQUAL * weight[frozenset(fitted.names)]]
         alike = frozenset(other for names in equal for other in names - rest)
-        rivals = tuple(self.visited[names] for names in others)
-        probability = (self.probability(name), self.probability(name, *alike))
-        left = share_left(fitted, self.visited[rest]) if rest in self.visited else 0.0
+        rivals = tuple(self.visited.fitted[names] for names in others)
+        probability = (self.visited.probability(name), self.visited.probability(name, *alike))
+        left = share_left(fitted, self.visited.fitted[rest]) if rest in self.visited.fitted else 0.0
         return Named(name, rivals, *probability, alike, left)
 
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
@@ -356,17 +304,6 @@ class Search:
         found = effect_columns(self.solver, base, self.rig)
         self.scores.append((base, found))
         return found
-
-    def keep(self, found: list[Fitted]) -> None:
-        for one in found:
-            names, finite = frozenset(one.names), math.isfinite(one.chi2) and np.isfinite(one.jacobian).all()
-            known = self.visited.get(names)
-            better = finite and (known is None or one.chi2 < (1 - COARSE) * known.chi2)
-            if better and all(effect.possible(self.rig) for effect in one.motor.effects):
-                self.visited[names] = one
-                self.evidence[names] = evidence(one, self.solver.piece)
-                learned = [effect for effect in one.motor.effects if isinstance(effect, AbstractLearnedEffect)]
-                self.energies[names] = {effect.name: energy(effect) for effect in learned}
 
     def _refined(self, fitted: Fitted) -> Fitted:
         fitted = self.solver.fit(fitted.motor, fitted.speeds, FINE)

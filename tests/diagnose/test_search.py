@@ -130,4 +130,4 @@ def test_weights_of_all_models_sum_to_one(x64):
     study = study_of(recording, POLE)
     first = linear_of(GAIN, POLE)
     search = Search(study.solver, first, study.solver.fit(first), rig_of(recording, study.trial))
-    assert search.weights() == {frozenset(): pytest.approx(1.0)}
+    assert search.visited.weights() == {frozenset(): pytest.approx(1.0)}

@@ -1,0 +1,91 @@
+"""The models that a search has fitted, and how probable each of them is by what it predicts of blocks left out."""
+
+import math
+
+import numpy as np
+
+from jaxmotor.diagnosis._evidence import Evidence, evidence, weights
+from jaxmotor.diagnosis._found import COARSE, NONE
+from jaxmotor.diagnosis._relations import Relations
+from jaxmotor.diagnosis._solve import Fitted
+from jaxmotor.motor.effects import LEARNED, AbstractLearnedEffect, Rig, energy
+
+FAR = 2.0
+"""chi2 per sample, over the best one's, above which a law is no alternative."""
+Names = frozenset[str]
+
+
+class Visited:
+    """The best fit of each set of effects, that of the `linear` motor first."""
+
+    def __init__(self, linear: Fitted, relations: Relations, rig: Rig, piece: np.ndarray):
+        self.relations, self.rig, self.piece = relations, rig, piece
+        self.own = frozenset(linear.names)
+        """What is the log's: no candidate, and no cause."""
+        self.fitted: dict[Names, Fitted] = {}
+        self._evidence: dict[Names, Evidence] = {}
+        self._energies: dict[Names, dict[str, float]] = {}
+        """Of the curves of each model."""
+        self._add(linear)
+
+    def keep(self, found: list[Fitted]) -> None:
+        """Those of `found` that the rig can have and that are better than what was known."""
+        for one in found:
+            finite = math.isfinite(one.chi2) and np.isfinite(one.jacobian).all()
+            known = self.fitted.get(frozenset(one.names))
+            better = finite and (known is None or one.chi2 < (1 - COARSE) * known.chi2)
+            if better and all(effect.possible(self.rig) for effect in one.motor.effects):
+                self._add(one)
+
+    def _add(self, one: Fitted) -> None:
+        names = frozenset(one.names)
+        self.fitted[names], self._evidence[names] = one, evidence(one, self.piece)
+        learned = [effect for effect in one.motor.effects if isinstance(effect, AbstractLearnedEffect)]
+        self._energies[names] = {effect.name: energy(effect) for effect in learned}
+
+    def weights(self) -> dict[Names, float]:
+        """Probability of each model."""
+        names = list(self.fitted)
+        prices = [sum(map(self.relations.price, one - self.own), self._bends(one)) for one in names]
+        found = weights([self._evidence[one] for one in names], prices)
+        return dict(zip(names, found.tolist(), strict=True))
+
+    def _bends(self, names: Names) -> float:
+        """What the curves of a model cost more than they do in others, in logarithms of probability: by their prior,
+        where a known law beside it leaves less to a curve, that is the likelier."""
+        each = {name: self._energies[names].get(name, 0.0) for name in names & LEARNED.keys()}
+        return sum((max(own - self._least_energy(name), 0.0) for name, own in each.items()), 0.0)
+
+    def _least_energy(self, curve: str) -> float:
+        """Of a `curve`, in models that explain about as much as the best one with it."""
+        having = [names for names in self.fitted if curve in names]
+        far = FAR * min(self.fitted[names].chi2 for names in having)
+        return min(self._energies[names][curve] for names in having if self.fitted[names].chi2 <= far)
+
+    def best(self) -> Fitted:
+        """The most probable one."""
+        weight = self.weights()
+        return self.fitted[max(weight, key=lambda names: weight[names])]
+
+    def probability(self, *effects: str) -> float:
+        """Of any of these `effects`: the sum over the models that have one."""
+        return sum((weight for names, weight in self.weights().items() if names.intersection(effects)), 0.0)
+
+    def probabilities(self) -> dict[str, float]:
+        """Of each effect that was tried and of `none`, the largest first."""
+        tried = {name for names in self.fitted for name in names - self.own}
+        return falling({NONE: self.weights()[self.own]} | {name: self.probability(name) for name in tried})
+
+    def families(self) -> dict[str, float]:
+        """Of each family of effects, the largest first."""
+        return falling({family: self.probability(*names) for family, names in self.relations.families().items()})
+
+    def longer(self, base: Fitted) -> list[Fitted]:
+        """Those with one effect more than `base`."""
+        names = frozenset(base.names)
+        return [one for own, one in self.fitted.items() if names < own and len(own) == len(names) + 1]
+
+
+def falling(shares: dict[str, float]) -> dict[str, float]:
+    """The largest first."""
+    return dict(sorted(shares.items(), key=lambda item: -item[1]))
