@@ -137,11 +137,15 @@ def _motor(diagnosis: Diagnosis) -> str:
 
 
 def _advice(diagnosis: Diagnosis) -> list[str]:
-    lines = [f"{found.name}: {found.effect.advice}" for found in diagnosis.named]
+    lines = [f"{_if_named(found)}: {found.effect.advice}" for found in diagnosis.named]
     # Those that have a plan are numbered as their files are.
     planned = [one for one in diagnosis.experiments if one.plan is not None]
     lines += [f"record next ({number}): {one.text}" for number, one in enumerate(planned[:MOST], 1)]
     return lines + [one.text for one in diagnosis.experiments if one.plan is None][:MOST]
+
+
+def _if_named(found: FoundEffect) -> str:
+    return found.name if found.is_named else f"if it is {found.name}"
 
 
 def _notes(diagnosis: Diagnosis) -> list[str]:

@@ -6,8 +6,9 @@ best one may only imitate a law that nobody tried. With s the share of the resid
 
     1 / (1 + (s / s0)^k).
 
-s0 and k are a logistic regression on recordings of a plant of its own, some with a law that was left out of what was
-sought (`benchmarks/certainty.py`).
+s0 and k are a logistic regression on recordings of a plant of its own in which a law was hidden that was left out of
+what was sought, or that no effect is (`benchmarks/other_world.py --parts without outside` prints it). So far they are
+few: docs/other-world.md lists them.
 """
 
 from typing import NamedTuple
@@ -25,5 +26,5 @@ class Logistic(NamedTuple):
         return 1 / (1 + (max(left, 0.0) / self.half) ** self.power)
 
 
-OF_NAME, OF_FAMILY = Logistic(0.02, 0.8), Logistic(0.3, 0.8)
+OF_NAME, OF_FAMILY = Logistic(0.005, 1.3), Logistic(0.42, 0.96)
 """That it is this effect; that it is one of its family."""

@@ -60,7 +60,7 @@ def test_every_known_effect_has_a_family_with_words():
 def test_below_the_stated_probability_the_family_is_told():
     told = diagnosis_text(imitated(unsure("sensor_lag")))
     assert "a lag (probability 90 %), most like sensor_lag (30 %):" in " ".join(told.split())
-    assert "sensor_lag (probability" not in told
+    assert "sensor_lag (probability" not in told and "if it is sensor_lag: " in told
     sure = dataclasses.replace(unsure("sensor_lag"), probability=NAMED, family_probability=NAMED)
     assert "sensor_lag (probability 50 %):" in " ".join(diagnosis_text(imitated(sure)).split())
 
