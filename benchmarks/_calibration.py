@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 from jaxmotor.diagnosis import Diagnosis, FoundEffect
 
 SAID = (0.0, 0.05, 0.2, 0.5, 0.8, 0.95, np.inf)
-LEFT = (0.0, 1e-9, 1e-3, 1e-2, 0.1, np.inf)
+SHARES = (0.0, 1e-9, 1e-3, 1e-2, 0.1, np.inf)
 SUREST = 1e-3
 """As which probabilities nearer to 0 or 1 count in the log loss: so far nobody has tested them."""
 Said = list[tuple[float, bool]]
@@ -61,29 +61,30 @@ def bins(said: Said) -> Sequence[tuple[str, int, int]]:
 class Certain(NamedTuple):
     """An effect that was found."""
 
-    left: float
-    """`FoundEffect.left`."""
+    unexplained: float
+    """`FoundEffect.unexplained_share`."""
     right: bool
     """It is there, or what it may as well be."""
     family: bool
     """One of its family is."""
 
 
-def by_what_is_left(found: Sequence[Certain]) -> Sequence[tuple[str, int, int, int]]:
-    """Range of shares left, how many effects are right, how many of their families are, and how many there are."""
+def by_unexplained(found: Sequence[Certain]) -> Sequence[tuple[str, int, int, int]]:
+    """Range of unexplained shares, how many effects in it are right, of how many the family is, and how many there
+    are."""
     rows = []
-    for low, high in itertools.pairwise(LEFT):
-        inside = [one for one in found if low <= one.left < high]
+    for low, high in itertools.pairwise(SHARES):
+        inside = [one for one in found if low <= one.unexplained < high]
         right, family = sum(one.right for one in inside), sum(one.family for one in inside)
         rows.append(("none" if high < 1e-6 else f"{low:g} to {min(high, 1):g}", right, family, len(inside)))
     return rows
 
 
-def logistic(left: Sequence[float], true: Sequence[bool]) -> tuple[float, float]:
-    """half, power of the probability 1 / (1 + (left / half)^power) by maximum likelihood, with priors of two decades
-    about 0.1 and of a factor of two about 1; where the share left is none, nothing is said."""
-    share = np.array([one for one in left if one > 0])
-    so = np.array([one for one, some in zip(true, left, strict=True) if some > 0])
+def logistic(unexplained: Sequence[float], true: Sequence[bool]) -> tuple[float, float]:
+    """half, power of the probability 1 / (1 + (share / half)^power) by maximum likelihood, with priors of two decades
+    about 0.1 and of a factor of two about 1; where that share is none, nothing is said."""
+    share = np.array([one for one in unexplained if one > 0])
+    so = np.array([one for one, some in zip(true, unexplained, strict=True) if some > 0])
 
     def loss(free: np.ndarray) -> float:
         odds = np.exp(free[1]) * (np.log(share) - free[0])

@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from _calibration import Certain, Said, alike, bins, by_what_is_left, is_found, log_loss, logistic, told
+from _calibration import Certain, Said, alike, bins, by_unexplained, is_found, log_loss, logistic, told
 from _second_laws import OUTSIDE, VOCABULARY, several
 from second_world import LEVEL, Asked, Question, draw_questions
 
@@ -179,7 +179,9 @@ def _certain(part: str, question: Question, found: Diagnosis) -> list[Certain]:
     hidden = {*question.truth, *question.asked.kinds, *_of(RELATIVES, question.asked.kinds)}
     families = {EFFECTS[name].family for name in hidden if name in EFFECTS}
     causes = [one for one in found.effects if one.name not in LEARNED]
-    return [Certain(one.left, bool(set(alike(one)) & right), one.effect.family in families) for one in causes]
+    return [
+        Certain(one.unexplained_share, bool(set(alike(one)) & right), one.effect.family in families) for one in causes
+    ]
 
 
 def _of(table: dict[str, set[str]], kinds: Iterable[str]) -> set[str]:
@@ -223,14 +225,14 @@ def _summary(tallies: dict[str, Tally]) -> None:
 
 def _certainty(certain: list[Certain]) -> None:
     """The table and the constants of `jaxmotor/diagnosis/_certainty.py`."""
-    print("\n| left unexplained of what an effect could explain | right | its family is | effects |\n|---|---|---|---|")
-    for name, right, family, number in by_what_is_left(certain):
+    print("\n| unexplained share | right | its family is | effects |\n|---|---|---|---|")
+    for name, right, family, number in by_unexplained(certain):
         print(f"| {name} | {right} | {family} | {number} |")
-    if any(one.left > 0 for one in certain):
-        left = [one.left for one in certain]
+    if any(one.unexplained > 0 for one in certain):
+        shares = [one.unexplained for one in certain]
         for what, true in (("names", [one.right for one in certain]), ("families", [one.family for one in certain])):
-            half, power = logistic(left, true)
-            print(f"\n{what}: 1 / (1 + (left / {half:.3g})^{power:.2g})")
+            half, power = logistic(shares, true)
+            print(f"\n{what}: 1 / (1 + (share / {half:.3g})^{power:.2g})")
 
 
 if __name__ == "__main__":

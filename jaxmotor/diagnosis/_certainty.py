@@ -2,7 +2,7 @@
 
 The weights of models say which of the laws that were tried predicts best. Where none of them leaves but the noise, the
 best one may only imitate a law that nobody tried. With s the share of the residual beside the noise that stays
-(`Named.left`), the probability that the effect is there, and not an imitation, is
+(`Named.unexplained_share`), the probability that the effect is there, and not an imitation, is
 
     1 / (1 + (s / s0)^k).
 
@@ -21,9 +21,9 @@ class Logistic(NamedTuple):
     """The share at which it is as likely as not."""
     power: float
 
-    def __call__(self, left: float) -> float:
-        """Probability [1] where a share `left` [1] of the residual stays."""
-        return 1 / (1 + (max(left, 0.0) / self.half) ** self.power)
+    def __call__(self, share: float) -> float:
+        """Probability [1] where a `share` [1] of the residual stays unexplained."""
+        return 1 / (1 + (max(share, 0.0) / self.half) ** self.power)
 
 
 OF_NAME, OF_FAMILY = Logistic(0.005, 1.3), Logistic(0.42, 0.96)

@@ -222,7 +222,15 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
         unknown = _unknown(effect, error)
         effects.append(
             FoundEffect(
-                effect, error, gain, rivals[own.name], unknown, sure, with_equal, of_family=family, left=own.left
+                effect,
+                error,
+                gain,
+                rivals[own.name],
+                unknown,
+                sure,
+                with_equal,
+                of_family=family,
+                unexplained_share=own.unexplained_share,
             )
         )
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
@@ -231,22 +239,22 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
 def _sureness(named: Named, of_family: float) -> tuple[float, float, float]:
     """The probabilities of an effect, of it or its equals, and of any of its family, by weights alone `of_family`. That
     something depends on a coordinate, as a curve says, is as sure as a family."""
-    sure = (OF_FAMILY if named.name in LEARNED else OF_NAME)(named.left)
+    sure = (OF_FAMILY if named.name in LEARNED else OF_NAME)(named.unexplained_share)
     with_equal = sure * named.with_equal
-    family = max(OF_FAMILY(named.left) * of_family, with_equal) if of_family else 0.0
+    family = max(OF_FAMILY(named.unexplained_share) * of_family, with_equal) if of_family else 0.0
     return sure * named.probability, with_equal, family
 
 
 def _probabilities(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]:
     """Of each effect that was tried and of `none`, the largest first."""
-    sure = OF_NAME(found.left)
+    sure = OF_NAME(found.unexplained_share)
     each = {name: share if name == NONE else sure * share for name, share in found.probabilities.items()}
     return falling(each | {one.name: one.probability for one in effects} if each else each)
 
 
 def _families(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]:
     """Of each family of effects, the largest first."""
-    each = {family: OF_FAMILY(found.left) * share for family, share in found.families.items()}
+    each = {family: OF_FAMILY(found.unexplained_share) * share for family, share in found.families.items()}
     for one in effects:
         each[one.effect.family] = max(each.get(one.effect.family, 0.0), one.of_family)
     return falling({family: share for family, share in each.items() if family})

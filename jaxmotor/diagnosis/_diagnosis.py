@@ -82,7 +82,7 @@ class FoundEffect:
     """Where it was learned as a curve."""
     of_family: float = 0.0
     """Probability of it or of any effect of its family."""
-    left: float = 0.0
+    unexplained_share: float = 0.0
     """Of the residual that the motor without it leaves, beside the noise, the share that stays unexplained with it:
     where it is large, the effect may only imitate another one, and the probabilities allow for that."""
 

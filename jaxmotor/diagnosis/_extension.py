@@ -8,7 +8,7 @@ effects that only imitated it, those go.
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 
-from jaxmotor.diagnosis._found import COARSE, Found, share_left
+from jaxmotor.diagnosis._found import COARSE, Found, share_unexplained
 from jaxmotor.diagnosis._free import with_effect, without_effect
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
@@ -42,7 +42,7 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
         starts = _starts(search, own, seen(own))
         _try(search, [own], starts, search.least(own, LEAST))
         search.again([own])
-        if own is search.linear or share_left(own, search.linear) < BESIDE:
+        if own is search.linear or share_unexplained(own, search.linear) < BESIDE:
             return
         _try(search, [search.linear], starts, own.chi2)
         helpful = [start for start in starts if _helps(search, own, start)]

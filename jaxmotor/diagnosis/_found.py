@@ -30,7 +30,7 @@ class Named:
     """The same with effects that are not told from it."""
     equal: frozenset[str]
     """The same: effects of `rivals` that blocks left out do not tell from it."""
-    left: float
+    unexplained_share: float
     """Of the residual that a motor without it leaves, beside the noise, the share that stays unexplained with it."""
 
 
@@ -48,12 +48,12 @@ class Found:
     """The same of each family of effects that was tried."""
 
     @property
-    def left(self) -> float:
+    def unexplained_share(self) -> float:
         """Of the residual that the linear motor leaves, beside the noise, the share that stays unexplained."""
-        return share_left(self.fitted, self.linear)
+        return share_unexplained(self.fitted, self.linear)
 
 
-def share_left(fitted: Fitted, shorter: Fitted) -> float:
+def share_unexplained(fitted: Fitted, shorter: Fitted) -> float:
     """Of the mean square that `shorter` leaves beside the noise, the share that `fitted` leaves unexplained."""
     unexplained = max(fitted.chi2 - enough(fitted, EXPLAINED), 0.0)
     return min(unexplained / max(shorter.chi2 - 1, unexplained), 1.0) if unexplained else 0.0

@@ -64,7 +64,7 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
         "named": found.is_named,
         "family": found.effect.family or None,
         "of_family_probability": min(found.of_family, 1.0),
-        "unexplained_share": found.left,
+        "unexplained_share": found.unexplained_share,
     }
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from jaxmotor.diagnosis._evidence import NOTHING
-from jaxmotor.diagnosis._found import COARSE, EXPLAINED, FINE, NAMED, NEARLY, Found, Named, enough, share_left
+from jaxmotor.diagnosis._found import COARSE, EXPLAINED, FINE, NAMED, NEARLY, Found, Named, enough, share_unexplained
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._polish import polished
@@ -292,8 +292,8 @@ class Search:
         alike = frozenset(other for names in equal for other in names - rest)
         rivals = tuple(self.visited.fitted[names] for names in others)
         probability = (self.visited.probability(name), self.visited.probability(name, *alike))
-        left = share_left(fitted, self.visited.fitted[rest]) if rest in self.visited.fitted else 0.0
-        return Named(name, rivals, *probability, alike, left)
+        share = share_unexplained(fitted, self.visited.fitted[rest]) if rest in self.visited.fitted else 0.0
+        return Named(name, rivals, *probability, alike, share)
 
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         """The candidates' columns at about the gain and pole of `base`."""

@@ -8,7 +8,7 @@ from jaxmotor.diagnosis._evidence import Evidence, evidence, weights
 from jaxmotor.diagnosis._found import COARSE, NONE
 from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._solve import Fitted
-from jaxmotor.motor.effects import LEARNED, AbstractLearnedEffect, Rig, energy
+from jaxmotor.motor.effects import LEARNED, AbstractLearnedEffect, Rig, penalty
 
 FAR = 2.0
 """chi2 per sample, over the best one's, above which a law is no alternative."""
@@ -24,7 +24,7 @@ class Visited:
         """What is the log's: no candidate, and no cause."""
         self.fitted: dict[Names, Fitted] = {}
         self._evidence: dict[Names, Evidence] = {}
-        self._energies: dict[Names, dict[str, float]] = {}
+        self._penalties: dict[Names, dict[str, float]] = {}
         """Of the curves of each model."""
         self._add(linear)
 
@@ -41,26 +41,26 @@ class Visited:
         names = frozenset(one.names)
         self.fitted[names], self._evidence[names] = one, evidence(one, self.piece)
         learned = [effect for effect in one.motor.effects if isinstance(effect, AbstractLearnedEffect)]
-        self._energies[names] = {effect.name: energy(effect) for effect in learned}
+        self._penalties[names] = {effect.name: penalty(effect) for effect in learned}
 
     def weights(self) -> dict[Names, float]:
         """Probability of each model."""
         names = list(self.fitted)
-        prices = [sum(map(self.relations.price, one - self.own), self._bends(one)) for one in names]
+        prices = [sum(map(self.relations.price, one - self.own), self._curve_price(one)) for one in names]
         found = weights([self._evidence[one] for one in names], prices)
         return dict(zip(names, found.tolist(), strict=True))
 
-    def _bends(self, names: Names) -> float:
+    def _curve_price(self, names: Names) -> float:
         """What the curves of a model cost more than they do in others, in logarithms of probability: by their prior,
         where a known law beside it leaves less to a curve, that is the likelier."""
-        each = {name: self._energies[names].get(name, 0.0) for name in names & LEARNED.keys()}
-        return sum((max(own - self._least_energy(name), 0.0) for name, own in each.items()), 0.0)
+        each = {name: self._penalties[names].get(name, 0.0) for name in names & LEARNED.keys()}
+        return sum((max(own - self._least_penalty(name), 0.0) for name, own in each.items()), 0.0)
 
-    def _least_energy(self, curve: str) -> float:
+    def _least_penalty(self, curve: str) -> float:
         """Of a `curve`, in models that explain about as much as the best one with it."""
         having = [names for names in self.fitted if curve in names]
         far = FAR * min(self.fitted[names].chi2 for names in having)
-        return min(self._energies[names][curve] for names in having if self.fitted[names].chi2 <= far)
+        return min(self._penalties[names][curve] for names in having if self.fitted[names].chi2 <= far)
 
     def best(self) -> Fitted:
         """The most probable one."""

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from _calibration import by_what_is_left, logistic
+from _calibration import by_unexplained, logistic
 from diagnosed import of
 from other_world import Certain
 from test_story import found_effect
@@ -46,7 +46,7 @@ def test_the_regression_finds_the_law_that_drew_the_answers():
     left = np.geomspace(1e-4, 1, 4000)
     half, power = logistic([*left, 0.0], [*(rng.random(len(left)) < [truth(share) for share in left]), True])
     assert half == pytest.approx(truth.half, rel=0.15) and power == pytest.approx(truth.power, rel=0.1)
-    table = by_what_is_left([Certain(0.0, True, True), Certain(0.05, False, True), Certain(1.0, False, False)])
+    table = by_unexplained([Certain(0.0, True, True), Certain(0.05, False, True), Certain(1.0, False, False)])
     assert [row[1:] for row in table] == [(1, 1, 1), (0, 0, 0), (0, 0, 0), (0, 1, 1), (0, 0, 1)]
 
 

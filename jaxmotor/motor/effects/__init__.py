@@ -46,7 +46,7 @@ from jaxmotor.motor.effects._drive import VoltageSaturation as VoltageSaturation
 from jaxmotor.motor.effects._learned import LEARNED as LEARNED
 from jaxmotor.motor.effects._learned import AbstractLearnedEffect as AbstractLearnedEffect
 from jaxmotor.motor.effects._learned import LearnedCoordinate as LearnedCoordinate
-from jaxmotor.motor.effects._learned import energy as energy
+from jaxmotor.motor.effects._learned import penalty as penalty
 from jaxmotor.motor.effects._log import OF_LOG as OF_LOG
 from jaxmotor.motor.effects._log import LogFilter as LogFilter
 from jaxmotor.motor.effects._log import TimingOffset as TimingOffset

@@ -175,7 +175,7 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLear
         return _level_series(self.coefficients, at / self.reach_V)
 
 
-def energy(effect: AbstractLearnedEffect) -> float:
+def penalty(effect: AbstractLearnedEffect) -> float:
     """Half the sum of squares of its coefficients over their priors' spreads [1]: of a curve as large as they are, half
     the number of its terms."""
     about = parameters(effect)
