@@ -227,8 +227,8 @@ def _effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> t
                 gain,
                 rivals[own.name],
                 unknown,
-                sure,
-                with_equal,
+                probability=sure,
+                family_probability=with_equal,
                 of_family=family,
                 unexplained_share=own.unexplained_share,
             )
