@@ -26,5 +26,5 @@ class Logistic(NamedTuple):
         return 1 / (1 + (max(share, 0.0) / self.half) ** self.power)
 
 
-OF_NAME, OF_FAMILY = Logistic(0.005, 1.3), Logistic(0.42, 0.96)
+OF_NAME, OF_FAMILY = Logistic(0.018, 1.8), Logistic(0.29, 1.2)
 """That it is this effect; that it is one of its family."""

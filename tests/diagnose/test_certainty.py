@@ -37,7 +37,7 @@ def test_what_explains_all_is_sure_and_certainty_falls_with_what_is_left(sure):
 
 
 def test_a_family_is_never_less_sure_than_a_name():
-    assert all(OF_FAMILY(share) >= OF_NAME(share) for share in np.geomspace(1e-6, 1, 200))
+    assert all(OF_FAMILY(share) > OF_NAME(share) - 1e-4 for share in np.geomspace(1e-6, 1, 200))
 
 
 def test_the_regression_finds_the_law_that_drew_the_answers():

@@ -202,7 +202,7 @@ class Placeless(AbstractTorqueEffect):
         (torque(name="stiction"), "Own.name is 'stiction', which jaxmotor has already"),
         (torque(name="timing_offset"), "Own.name is 'timing_offset', which jaxmotor has already"),
         (torque(holds_by="volts"), "Own.holds_by is 'volts', which is none of its parameters"),
-        (torque(family=("drag",)), "Own.family is ('drag',); give a text, such as 'friction'"),
+        (torque(family=("drag",)), "Own.family is a list of 1; give a text, such as 'friction'"),
         (torque(excludes="stiction"), "Own.excludes is 'stiction'; give a tuple"),
         (torque(kin=("sensor_lag",)), "Own.kin has sensor_lag, which has not one parameter of the same unit"),
         (WithoutUnit, "WithoutUnit.width has no unit: make it a parameter"),
