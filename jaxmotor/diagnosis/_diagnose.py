@@ -16,7 +16,7 @@ from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._extension import extended
-from jaxmotor.diagnosis._found import EXPLAINED, FINE, NONE, Found, Named, enough
+from jaxmotor.diagnosis._found import FINE, NONE, Explained, Found, Named
 from jaxmotor.diagnosis._free import linear_of, of_motor
 from jaxmotor.diagnosis._held_out import HeldOut, hold_out, worth_of
 from jaxmotor.diagnosis._joint import joint_covariance
@@ -87,7 +87,7 @@ def diagnose(
     found = extended(
         search,
         lambda fitted: _left(study, fitted, seed)[2],
-        lambda fitted: _is_explained(study, fitted),
+        lambda fitted: _is_explained(study, fitted, linear),
     )
     after, left, left_looks = _left(study, found.fitted, seed) if found.named else (before, missing, found_looks)
     if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
@@ -95,11 +95,11 @@ def diagnose(
     held = hold_out(study, found)
     request.tell(3)
     verdict = _verdict(study, found, held, found_looks, left, left_looks)
-    spread = with_average(covariance(found.fitted, study.block), fit)
+    spread = with_average(covariance(found.fitted, study.solver.block), fit)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
     every, timing = _effects(study, held, found, spread), timing_of(found.fitted, spread)
-    laws = learned_laws(search, found, held, spread, study.block, partial=verdict == "unexplained")
+    laws = learned_laws(search, found, held, spread, study.solver.block, partial=verdict == "unexplained")
     every = tuple(dataclasses.replace(one, curve=laws.get(one.name)) for one in every)
     causes = tuple(one for one in every if not isinstance(one.effect, AbstractDisturbance))
     twins = _twins(found, every)
@@ -171,18 +171,19 @@ def _left(study: Study, fitted: Fitted, seed: int) -> tuple[Scored, MissingVolts
 def _from_outside(study: Study, found: Found, seen: tuple[Look, ...]) -> bool:
     """By what is `seen` before and after, something outside moves the motor, which the effects only seem to explain."""
     outside = any(look.outside and look.share > OUTSIDE for look in seen)
-    return study.packed.observation.floor_known and outside and not _is_explained(study, found.fitted)
+    return study.packed.observation.floor_known and outside and not _is_explained(study, found.fitted, found.linear)
 
 
 def _missing(study: Study, motor: Motor, traces: tuple[Trace, ...]) -> MissingVolts:
     return missing_volts(study.recording, traces, float(motor.linear.gain), float(motor.linear.pole))
 
 
-def _is_explained(study: Study, fitted: Fitted) -> bool:
+def _is_explained(study: Study, fitted: Fitted, linear: Fitted) -> bool:
     """`fitted` leaves no more than the encoder's rounding may, or what its laws are off by."""
-    if fitted.chi2 <= enough(fitted, EXPLAINED):
+    noise_known = study.packed.observation.floor_known
+    if Explained(linear.chi2, noise_known).holds(fitted):
         return True
-    return study.packed.observation.floor_known and fitted.chi2 <= rounding_chi2(study.solver, fitted)
+    return noise_known and fitted.chi2 <= rounding_chi2(study.solver, fitted)
 
 
 def _verdict(
@@ -196,7 +197,7 @@ def _verdict(
     if held.is_worse or (not found.named and any(look.outside and look.share > OUTSIDE for look in first)):
         return "unexplained"
     disturbed = any(isinstance(effect, AbstractDisturbance) for effect in found.fitted.template.effects)
-    if disturbed or not _is_explained(study, found.fitted):
+    if disturbed or not _is_explained(study, found.fitted, found.linear):
         return "unexplained"
     loud = left.rms_V > 1.25 * left.noise_V
     if loud and left_looks and left_looks[0].beyond_chance and left_looks[0].outside and left_looks[0].share > OUTSIDE:

@@ -8,7 +8,7 @@ effects that only imitated it, those go.
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 
-from jaxmotor.diagnosis._found import COARSE, Found, share_unexplained
+from jaxmotor.diagnosis._found import COARSE, EXPLAINED, Found
 from jaxmotor.diagnosis._free import with_effect, without_effect
 from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
@@ -42,7 +42,7 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
         starts = _starts(search, own, seen(own))
         _try(search, [own], starts, search.least(own, LEAST))
         search.again([own])
-        if own is search.linear or share_unexplained(own, search.linear) < BESIDE:
+        if own is search.linear or search.explained.share_left(own, search.linear.chi2) < BESIDE:
             return
         _try(search, [search.linear], starts, own.chi2)
         helpful = [start for start in starts if _helps(search, own, start)]
@@ -62,10 +62,10 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
 
 
 def _of_one_law(search: Search, found: Found) -> Found:
-    """`found`, or one law in the place of two, where it does as well: a learned one in the place of all, or one over
-    the coordinate that two of them depend on."""
+    """`found`, or one law in the place of two, where both leave but noise: a learned one in the place of all, or one
+    over the coordinate that two of them depend on."""
     own = search.visited.fitted.get(frozenset(found.fitted.names), found.fitted)
-    if len(found.named) < 2:
+    if len(found.named) < 2 or own.chi2 > EXPLAINED:
         return found
     last = [effect for effect in search.solver.request.asked() if effect.sought_last]
     learned = [effect for effect in last if effect.name in LEARNED]

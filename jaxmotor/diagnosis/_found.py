@@ -8,6 +8,9 @@ NEARLY = 1.06
 """chi2 per sample up to which motors scatter that leave nothing but the encoder's error."""
 EXPLAINED = 1.15
 """chi2 per sample up to which nothing is unexplained; two laws are not that exact themselves."""
+INEXACT = 0.03
+"""Amplitude that is left, over what the linear motor leaves, up to which nothing is unexplained where the noise is not
+known: no law of friction or of a drive is more exact on a real motor."""
 COARSE = 2e-4
 """Part of chi2 that a step of a fit must promise while effects are compared; `FINE` once they are chosen."""
 FINE = 1e-6
@@ -46,19 +49,29 @@ class Found:
     the linear motor's weight. Nothing where none is trusted."""
     families: dict[str, float]
     """The same of each family of effects that was tried."""
-
-    @property
-    def unexplained_share(self) -> float:
-        """Of the residual that the linear motor leaves, beside the noise, the share that stays unexplained."""
-        return share_unexplained(self.fitted, self.linear)
+    unexplained_share: float = 0.0
+    """Of the residual that the linear motor leaves, beside the noise, the share that stays unexplained."""
 
 
-def share_unexplained(fitted: Fitted, shorter: Fitted) -> float:
-    """Of the mean square that `shorter` leaves beside the noise, the share that `fitted` leaves unexplained."""
-    unexplained = max(fitted.chi2 - enough(fitted, EXPLAINED), 0.0)
-    return min(unexplained / max(shorter.chi2 - 1, unexplained), 1.0) if unexplained else 0.0
+@dataclasses.dataclass(frozen=True, eq=False)
+class Explained:
+    """When a motor leaves nothing unexplained of a recording."""
 
+    linear_chi2: float
+    """Of the linear motor."""
+    noise_known: bool
 
-def enough(fitted: Fitted, otherwise: float) -> float:
-    """chi2 per sample at which `fitted` leaves nothing unexplained: `otherwise`, or what its laws are off by."""
-    return max([otherwise, *(effect.explained_chi2 for effect in fitted.template.effects)])
+    def enough(self, fitted: Fitted, otherwise: float = EXPLAINED) -> float:
+        """chi2 per sample at which `fitted` leaves nothing unexplained: `otherwise`, or what its laws are off by."""
+        laws = [effect.explained_chi2 for effect in fitted.template.effects]
+        return max([otherwise, *laws, 0.0 if self.noise_known else INEXACT**2 * self.linear_chi2])
+
+    def holds(self, fitted: Fitted) -> bool:
+        """`fitted` leaves nothing that its laws are not off by."""
+        return fitted.chi2 <= self.enough(fitted)
+
+    def share_left(self, fitted: Fitted, shorter_chi2: float) -> float:
+        """Of the mean square `shorter_chi2` of a shorter motor, beside the noise, the share that `fitted` leaves
+        unexplained."""
+        unexplained = max(fitted.chi2 - self.enough(fitted), 0.0)
+        return min(unexplained / max(shorter_chi2 - 1, unexplained), 1.0) if unexplained else 0.0

@@ -44,8 +44,8 @@ class Shape(NamedTuple):
     text: str
     columns: np.ndarray
     """(n, 1 or 2) [1]"""
-    kind: Literal["signed", "either", "level"]
-    """Of one sign only; of either; a constant one."""
+    kind: Literal["signed", "either"]
+    """Of one sign only, or of either."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -122,7 +122,6 @@ def _over_speed(at: np.ndarray) -> Iterator[Shape]:
         yield Shape("stribeck", f"like a friction that falls within {speed:.2g} rad/s", near[:, None], "signed")
         full = -sign * -np.expm1(-size / speed)
         yield Shape("exponential", f"like a drag that is full from {speed:.2g} rad/s on", full[:, None], "signed")
-    yield Shape("voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level")
 
 
 def _over_voltage(at: np.ndarray) -> Iterator[Shape]:
@@ -136,7 +135,6 @@ def _over_voltage(at: np.ndarray) -> Iterator[Shape]:
         yield Shape("voltage_saturation", f"like a saturation at {place}", clipped[:, None], "signed")
     yield Shape("cubic_drive", "like the cube of the voltage", (at**3)[:, None], "either")
     yield Shape("direction_asymmetry", "like a drive that is stronger one way", size[:, None], "either")
-    yield Shape("voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level")
 
 
 def _over_angle(at: np.ndarray) -> Iterator[Shape]:
@@ -148,7 +146,6 @@ def _over_angle(at: np.ndarray) -> Iterator[Shape]:
             inside = np.mod(at - begin, 2 * np.pi) < width
             text = f"like a sector of {np.degrees(width):.0f} degrees"
             yield Shape("sector", text, inside.astype(float)[:, None], "either")
-    yield Shape("voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level")
 
 
 def _over_time(at: np.ndarray) -> Iterator[Shape]:
@@ -158,7 +155,6 @@ def _over_time(at: np.ndarray) -> Iterator[Shape]:
         angle = 2 * np.pi * cycles / duration * at
         text = f"like a sine of {cycles / duration:.2g} Hz"
         yield Shape("sine", text, np.column_stack([np.sin(angle), np.cos(angle)]), "either")
-    yield Shape("voltage_offset", "like a constant offset", np.ones((len(at), 1)), "level")
 
 
 def _resemblance(
@@ -175,9 +171,8 @@ def _resemblance(
     if coordinate in ("speed", "voltage"):
         absorbed.append(at)
     columns, curve = shape.columns * root[:, None], volts * root
-    if shape.kind != "level":
-        taken = np.linalg.qr(np.column_stack(absorbed) * root[:, None])[0]
-        columns, curve = columns - taken @ (taken.T @ columns), curve - taken @ (taken.T @ curve)
+    taken = np.linalg.qr(np.column_stack(absorbed) * root[:, None])[0]
+    columns, curve = columns - taken @ (taken.T @ columns), curve - taken @ (taken.T @ curve)
     into = np.linalg.pinv(columns)
     size, length = into @ curve, float(np.linalg.norm(curve))
     if length == 0 or (shape.kind == "signed" and size[0] <= 0):

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from jaxmotor.diagnosis._evidence import NOTHING
-from jaxmotor.diagnosis._found import COARSE, EXPLAINED, FINE, NAMED, NEARLY, Found, Named, enough, share_unexplained
+from jaxmotor.diagnosis._found import COARSE, FINE, NAMED, NEARLY, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._polish import polished
@@ -62,6 +62,7 @@ class Search:
         self.solver, self.first, self.linear, self.rig = solver, first, linear, rig
         self.relations = Relations(solver.request.known)
         self.visited = Visited(linear, self.relations, rig, solver.piece)
+        self.explained = Explained(linear.chi2, solver.noise_known)
         self.own = self.visited.own
         """What is the log's: no candidate, and no cause."""
         self.tried: set[Names] = set()
@@ -85,17 +86,13 @@ class Search:
             most = max(weight.values())
             if not larger or weight[larger[0]] < GROWS * most:
                 break
-            if size == FEW and not self.explains(self.visited.best()):
+            if size == FEW and not self.explained.holds(self.visited.best()):
                 last(self.visited.best())
-                if self.explains(self.visited.best()):
+                if self.explained.holds(self.visited.best()):
                     break
             best = [names for names in larger[:BEAM] if weight[names] > HOPELESS * most]
             beam = [self.visited.fitted[names] for names in dict.fromkeys([*best, *self._simpler(best[0])])]
         return self.settled(self.visited.best())
-
-    def explains(self, fitted: Fitted) -> bool:
-        """`fitted` leaves nothing that its laws are not off by."""
-        return fitted.chi2 <= enough(fitted, EXPLAINED)
 
     def settled(self, fitted: Fitted) -> Found:
         """The best model near `fitted`, with the alternatives to each of its effects."""
@@ -108,7 +105,8 @@ class Search:
         fitted = self._known(self._likely(fitted))
         named = tuple(self._named(fitted, name) for name in self._causes(fitted))
         last = self._refined(fitted) if named else self.linear
-        return Found(self.linear, last, named, self.visited.probabilities(), self.visited.families())
+        share = self.explained.share_left(last, self.linear.chi2)
+        return Found(self.linear, last, named, self.visited.probabilities(), self.visited.families(), share)
 
     def _simpler(self, names: Names) -> list[Names]:
         """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
@@ -262,17 +260,23 @@ class Search:
             weight = self.visited.weights()
             least = EQUAL * weight[frozenset(fitted.names)]
             known = [rest | {name} for name in simpler if weight.get(rest | {name}, 0.0) > least]
-            known = [names for names in known if self.explains(self.visited.fitted[names])]
+            known = [names for names in known if self.explained.holds(self.visited.fitted[names])]
             if known:
                 return self.visited.fitted[max(known, key=lambda names: weight[names])]
         return fitted
 
     def _likely(self, fitted: Fitted) -> Fitted:
-        """`fitted` without effects that are less likely than not, or take up too little where something is left."""
+        """`fitted` without effects that are less likely than not, or take up too little where something is left. An
+        effect stays without which the motor is hardly likely: then others only compete for its place."""
+        weight = self.visited.weights()
         for name in self._causes(fitted):
-            shorter = self.visited.fitted.get(frozenset(fitted.names) - {name})
+            rest = frozenset(fitted.names) - {name}
+            if rest not in weight:
+                continue
+            shorter = self.visited.fitted[rest]
             unlikely = self._named(fitted, name).with_equal < NAMED
-            if shorter is not None and (unlikely or self._imitates(shorter, fitted)):
+            needed = weight[rest] < EQUAL * weight[frozenset(fitted.names)]
+            if (unlikely and not needed) or self._imitates(shorter, fitted):
                 return self._likely(shorter)
         return fitted
 
@@ -280,8 +284,8 @@ class Search:
         """The effect that `fitted` has more takes up but a part of something else."""
         gain = shorter.chi2 - fitted.chi2
         if self.solver.noise_known:
-            return fitted.chi2 > enough(fitted, NEARLY) and gain < SHARE * (shorter.chi2 - 1)
-        return fitted.chi2 > enough(fitted, EXPLAINED) and gain < LEAST * fitted.chi2
+            return fitted.chi2 > self.explained.enough(fitted, NEARLY) and gain < SHARE * (shorter.chi2 - 1)
+        return not self.explained.holds(fitted) and gain < LEAST * fitted.chi2
 
     def _named(self, fitted: Fitted, name: str) -> Named:
         """The effect `name` of `fitted`, and the models with another one in its place, the best first."""
@@ -292,7 +296,8 @@ class Search:
         alike = frozenset(other for names in equal for other in names - rest)
         rivals = tuple(self.visited.fitted[names] for names in others)
         probability = (self.visited.probability(name), self.visited.probability(name, *alike))
-        share = share_unexplained(fitted, self.visited.fitted[rest]) if rest in self.visited.fitted else 0.0
+        shorter = self.visited.fitted.get(rest)
+        share = 0.0 if shorter is None else self.explained.share_left(fitted, shorter.chi2)
         return Named(name, rivals, *probability, alike, share)
 
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:

@@ -83,7 +83,9 @@ class Fitted:
 class Solver:
     """Fits motors to the rows of one trial; `rows` (lane, row) chooses which count.
 
-    Where the noise is not known priors are weighed against what the motor that a fit starts from leaves.
+    Priors are weighed against the variance that the residual has in sums over blocks, not against that of single rows:
+    what a motor leaves unexplained is alike in many of them. With H = JᵀJ and g_b the sum of Jᵀr over block b it is
+    Σ g_bᵀH⁻¹g_b/p, at least 1 (the magnitude adjustment of a composite likelihood [Pauli, Racugno, Ventura 2011]).
     """
 
     def __init__(
@@ -98,6 +100,8 @@ class Solver:
         self.places = row * len(trial.valid) + lane
         """The same where rows come first."""
         self.piece = np.asarray(lanes.piece).reshape(-1)[self.cells]
+        self.block = np.unique(np.asarray(lanes.cluster).reshape(-1)[self.cells], return_inverse=True)[1]
+        """(n,) number of the block of each row: only blocks are taken to be independent."""
         self.pieces = trial.problem.pieces + 1
         self.free_pieces = bool(np.any(lanes.free))
         self.scale = 1 / math.sqrt(trial.variance)
@@ -176,12 +180,11 @@ class Solver:
         speeds = self.starts if speeds is None else speeds
         if is_wide(motor.effects):
             tolerance, steps = max(tolerance, WIDE_TOLERANCE), min(steps, WIDE_STEPS)
-        at = _At(free, speeds, *self.linearise(motor, free, speeds))
-        mean = square_of(at.residual) / max(len(at.residual), 1)
-        variance = max(mean, 1.0) if not self.noise_known and math.isfinite(mean) else 1.0
-        layout = layout_of(motor.effects, variance)
+        at = self._at(motor, free, speeds)
         settled, crawled = False, 0
         for number in range(steps):
+            # What is left, and with it the weight of priors, changes as a fit goes on.
+            layout = layout_of(motor.effects, self._variance(at))
             step = self._step(at, layout)
             least = tolerance * max(square_of(at.residual), len(at.residual))
             if step is None or step.promise < least:
@@ -200,12 +203,25 @@ class Solver:
             crawled = crawled + 1 if gain < min(0.1 * step.promise, 0.01 * before) else 0
             if crawled == CRAWLED:
                 break
-        projected, _ = self._project(np.column_stack([at.residual, at.jacobian]), at.column)
-        return Fitted(motor, at.free, at.speeds, at.residual, projected[:, 1:], settled, variance)
+        return Fitted(motor, at.free, at.speeds, at.residual, at.jacobian, settled, self._variance(at))
+
+    def _at(self, motor: Motor, free: np.ndarray, speeds: np.ndarray, *, shortened: bool = False) -> "_At":
+        residual, jacobian, column = self.linearise(motor, free, speeds)
+        columns, shift = np.column_stack([residual, jacobian]), None
+        if column is not None:
+            columns, shift = without_initial_speeds(columns, column, self.piece, self.pieces)
+        return _At(free, speeds, residual, columns[:, 0], columns[:, 1:], shift, shortened)
+
+    def _variance(self, at: "_At") -> float:
+        """Of residuals that priors are weighed against."""
+        if not (np.isfinite(at.projected).all() and np.isfinite(at.jacobian).all()):
+            return 1.0
+        normal = np.einsum("np,nq->pq", at.jacobian, at.jacobian)
+        pulls = np.stack([np.bincount(self.block, column * at.projected) for column in at.jacobian.T], axis=1)
+        return max(float(np.einsum("bp,bp->", pulls, solve_balanced(normal, pulls, DAMPING))) / len(normal), 1.0)
 
     def _step(self, at: "_At", layout: Layout) -> "_Step | None":
-        columns, shift = self._project(np.column_stack([at.residual, at.jacobian]), at.column)
-        residual, jacobian = columns[:, 0], columns[:, 1:]
+        residual, jacobian = at.projected, at.jacobian
         weight = 1 / layout.spread
         pull = (at.free - layout.prior) * weight
         normal = np.einsum("np,nq->pq", jacobian, jacobian) + np.diag(weight**2)
@@ -223,20 +239,14 @@ class Solver:
             step = max(tried, key=lambda one: _gain(normal, right, one))
         initial = square_of(at.residual) - square_of(residual)
         damped = np.clip(solve_balanced(normal, right, SHORTER[:, None, None]), low, high)
-        return _Step(step, damped, shift, *(_gain(normal, right, one) + initial for one in (step, whole)))
-
-    def _project(self, columns: np.ndarray, starts: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
-        """`columns` (n, c) without what initial speeds explain, and the speeds (k, c) that explain it."""
-        if starts is None:
-            return columns, None
-        return without_initial_speeds(columns, starts, self.piece, self.pieces)
+        return _Step(step, damped, at.shift, *(_gain(normal, right, one) + initial for one in (step, whole)))
 
     def _moved(self, motor: Motor, at: "_At", step: "_Step", layout: Layout) -> "_At | None":
         """`at` after the step, or after the best of the shorter ones; None where none of them helps."""
         before = self._cost(at, layout)
         trials = [(at.free + one, at.speeds + speeds) for one, speeds in step.shorter()]
         if not at.shortened:
-            whole = _At(*trials[0], *self.linearise(motor, *trials[0]))
+            whole = self._at(motor, *trials[0])
             if self._cost(whole, layout) < before:
                 return whole
         frees, starts = (np.stack(column) for column in zip(*trials, strict=True))
@@ -247,7 +257,7 @@ class Solver:
         best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
         if not costs[best] < before:
             return None
-        return _At(*trials[best], *self.linearise(motor, *trials[best]), shortened=best > 0)
+        return self._at(motor, *trials[best], shortened=best > 0)
 
     def _cost(self, at: "_At", layout: Layout) -> float:
         return square_of(at.residual) + _prior(at.free, layout)
@@ -258,9 +268,12 @@ class _At:
     free: np.ndarray
     speeds: np.ndarray
     residual: np.ndarray
+    projected: np.ndarray
+    """The residual, and `jacobian` likewise, without what initial speeds explain."""
     jacobian: np.ndarray
-    column: np.ndarray | None
-    shortened: bool = False
+    shift: np.ndarray | None
+    """(pieces, 1 + p) by how much initial speeds would have to move for the residual and for each free number."""
+    shortened: bool
     """The step that led here had to be: the next one may have to be, too."""
 
 

@@ -22,11 +22,6 @@ class Study:
     timed: bool
     """Packed for motors with a timing offset."""
 
-    @property
-    def block(self) -> np.ndarray:
-        """(n,) of each of the solver's rows: the block in which errors are taken as one."""
-        return np.asarray(self.packed.lanes.cluster).reshape(-1)[self.solver.cells]
-
     def rows(self, segments: tuple[int, ...]) -> np.ndarray:
         """(lane, row) those of `segments`."""
         return np.isin(self.packed.segment_of, segments)

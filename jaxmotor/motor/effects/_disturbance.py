@@ -18,9 +18,11 @@ from jaxmotor.motor.effects._base import (
     Source,
     parameter,
 )
-from jaxmotor.motor.effects._learned import AbstractLearnedEffect, LearnedCoordinate
+from jaxmotor.motor.effects._learned import TERMS, AbstractLearnedEffect, LearnedCoordinate
 from jaxmotor.motor.effects._sine import sine
 
+SLOW_S = 2.0
+"""Half a wave of the fastest term of a torque that wanders: what is faster is no wandering, and could be anything."""
 ADVICE = "Record again without it, or leave that part of the recording out."
 
 
@@ -118,15 +120,15 @@ class WanderingTorque(AbstractMotionEffect, AbstractDisturbance, AbstractLearned
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        return (cls.start(reach_s=rig.duration_s),) if rig.duration_s > 0 else ()
+        return (cls.start(reach_s=rig.duration_s),) if rig.duration_s > TERMS * SLOW_S else ()
 
     def source(self, source: Source, time: Scalar) -> Source:
         return source._replace(offset=source.offset + self.adds(time))
 
     def adds(self, at: Scalar) -> Scalar:
         z = jnp.cos(jnp.pi * jnp.clip(at / self.reach_s, 0.0, 1.0))
-        before, now, total = jnp.ones_like(z), z, self.c0_V * jnp.ones_like(z)
-        for c in self.coefficients[1:]:
+        before, now, total = jnp.ones_like(z), z, jnp.zeros_like(z)
+        for c in self.coefficients:
             total = total + c * now
             before, now = now, 2 * z * now - before
         return -total

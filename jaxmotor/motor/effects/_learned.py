@@ -1,7 +1,7 @@
 """Laws learned from data: a torque or a voltage as a series over one coordinate, for what no known law explains.
 
-They are fitted, simulated, validated and kept like any other effect. What a linear motor does as well, they leave to
-it: over speed and voltage a straight line through the origin has no part in them.
+They are fitted, simulated, validated and kept like any other effect. What a linear motor or an offset does as well,
+they leave to these: over speed and voltage a straight line has no part in them, over angle and time no constant.
 """
 
 import abc
@@ -28,7 +28,6 @@ from jaxmotor.motor.effects._sine import sine
 
 LearnedCoordinate = Literal["speed", "voltage", "angle", "time"]
 TERMS = 24
-"""Beside the constant one."""
 WARP = 10.0
 """How many times closer a curve is resolved about zero than far from it, about."""
 GRID = 2001
@@ -39,18 +38,17 @@ supply: next to nothing against rows that show the curve, and what holds it leve
 
 
 def _coefficient(term: int) -> Any:
-    about = {"neutral": 0.0, "start": 0.0, "scale": 0.1 / max(term, 1), "spread": SPREAD_V / max(term, 1)}
+    about = {"neutral": 0.0, "start": 0.0, "scale": 0.1 / term, "spread": SPREAD_V / term}
     return parameter("V", "term", **about)
 
 
 class AbstractLearnedEffect(AbstractEffect):
-    """A series of `TERMS` terms and a constant."""
+    """A series of `TERMS` terms."""
 
     coordinate: ClassVar[LearnedCoordinate]
     """Over which it is a series."""
     sought_last: ClassVar[bool] = True
     advice: ClassVar[str] = "Look for a cause of that shape; until it is known, feed the curve forward."
-    c0_V: Scalar = _coefficient(0)
     c1_V: Scalar = _coefficient(1)
     c2_V: Scalar = _coefficient(2)
     c3_V: Scalar = _coefficient(3)
@@ -78,8 +76,8 @@ class AbstractLearnedEffect(AbstractEffect):
 
     @property
     def coefficients(self) -> tuple[Scalar, ...]:
-        """[V], the constant one first."""
-        return tuple(getattr(self, f"c{term}_V") for term in range(TERMS + 1))
+        """[V]"""
+        return tuple(getattr(self, f"c{term}_V") for term in range(1, TERMS + 1))
 
     @abc.abstractmethod
     def adds(self, at: Scalar) -> Scalar:
@@ -91,9 +89,10 @@ class AbstractLearnedEffect(AbstractEffect):
 
 
 class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
-    """Σ c_k (T_k(z) - m_k w/w1), z = asinh(10 w/w1)/asinh(10): a torque that depends on the speed, of any shape.
+    """Σ c_k (T_k(z) - a_k - m_k w/w1), z = asinh(10 w/w1)/asinh(10): a torque that depends on the speed, of any shape.
 
-    T_k are Chebyshev's polynomials, m_k the slope of T_k from -w1 to w1; beyond w1 the torque goes on as it is there.
+    T_k are Chebyshev's polynomials, a_k the mean and m_k the slope of T_k from -w1 to w1; beyond w1 the torque goes on
+    as it is there.
     """
 
     name: ClassVar[str] = "torque_over_speed"
@@ -117,7 +116,7 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
 
 class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
-    """c_0 + Σ (c_(2n-1) cos nθ + c_(2n) sin nθ), n = 1 to 12: a torque that depends on the shaft's angle, of any
+    """Σ (c_(2n-1) cos nθ + c_(2n) sin nθ), n = 1 to 12: a torque that depends on the shaft's angle, of any
     shape."""
 
     name: ClassVar[str] = "torque_over_angle"
@@ -132,10 +131,9 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del speed
-        first, *others = self.coefficients
         along, across = sine(angle + 0.5 * jnp.pi), sine(angle)
-        total, cos_n, sin_n = first, jnp.ones_like(angle), jnp.zeros_like(angle)
-        for a, b in zip(others[::2], others[1::2], strict=True):
+        total, cos_n, sin_n = jnp.zeros_like(angle), jnp.ones_like(angle), jnp.zeros_like(angle)
+        for a, b in zip(self.coefficients[::2], self.coefficients[1::2], strict=True):
             cos_n, sin_n = cos_n * along - sin_n * across, sin_n * along + cos_n * across
             total = total + a * cos_n + b * sin_n
         return total
@@ -145,7 +143,8 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
 
 class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLearnedEffect):
-    """u + Σ c_k (T_k(z) - m_k u/u1), z = asinh(10 u/u1)/asinh(10): a drive that is not in proportion, of any shape."""
+    """u + Σ c_k (T_k(z) - a_k - m_k u/u1), z = asinh(10 u/u1)/asinh(10): a drive that is not in proportion, of any
+    shape."""
 
     name: ClassVar[str] = "voltage_over_command"
     over: ClassVar[str] = "voltage"
@@ -153,8 +152,6 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLear
         "dead_zone",
         "voltage_saturation",
         "direction_asymmetry",
-        "voltage_offset",
-        "load_torque",
         "cubic_drive",
     )
     says: ClassVar[str] = "the voltage depends on the one commanded by a curve that was learned"
@@ -187,20 +184,21 @@ LEARNED = {effect.name: effect for effect in (TorqueOverSpeed, TorqueOverAngle, 
 
 
 def _level_series(coefficients: tuple[Scalar, ...], place: Scalar) -> Scalar:
-    """Σ c_k (T_k(z) - m_k x) at x = `place` within -1 and 1."""
+    """Σ c_k (T_k(z) - a_k - m_k x) at x = `place` within -1 and 1."""
     place = jnp.clip(place, -1.0, 1.0)
     z = jnp.arcsinh(WARP * place) / math.asinh(WARP)
-    before, now, total = jnp.ones_like(z), z, coefficients[0] * jnp.ones_like(z)
-    slope = jnp.zeros_like(z)
-    for c, m in zip(coefficients[1:], _slopes(), strict=True):
-        total, slope = total + c * now, slope + c * m
+    before, now = jnp.ones_like(z), z
+    total, mean, slope = jnp.zeros_like(z), jnp.zeros_like(z), jnp.zeros_like(z)
+    for c, (a, m) in zip(coefficients, _lines(), strict=True):
+        total, mean, slope = total + c * now, mean + c * a, slope + c * m
         before, now = now, 2 * z * now - before
-    return total - slope * place
+    return total - mean - slope * place
 
 
 @functools.cache
-def _slopes() -> tuple[float, ...]:
-    """m_k of T_1 to T_`TERMS`: of the straight line through the origin that is nearest to each from -1 to 1."""
+def _lines() -> tuple[tuple[float, float], ...]:
+    """a_k and m_k of T_1 to T_`TERMS`: of the straight line that is nearest to each from -1 to 1."""
     place = np.linspace(-1, 1, GRID)
     angle = np.arccos(np.clip(np.arcsinh(WARP * place) / math.asinh(WARP), -1, 1))
-    return tuple(float(np.cos(term * angle) @ place / (place @ place)) for term in range(1, TERMS + 1))
+    terms = [np.cos(term * angle) for term in range(1, TERMS + 1)]
+    return tuple((float(term.mean()), float(term @ place / (place @ place))) for term in terms)
