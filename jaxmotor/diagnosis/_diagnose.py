@@ -3,6 +3,7 @@
 import dataclasses
 import os
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._extension import extended
-from jaxmotor.diagnosis._found import FINE, NONE, Explained, Found, Named
+from jaxmotor.diagnosis._found import EXPLAINED, FINE, NONE, Explained, Found, Named
 from jaxmotor.diagnosis._free import linear_of, of_motor
 from jaxmotor.diagnosis._held_out import HeldOut, hold_out, worth_of
 from jaxmotor.diagnosis._joint import joint_covariance
@@ -35,7 +36,8 @@ from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._visited import falling
-from jaxmotor.estimate import Fit, Trace, best_guess, identify, stated
+from jaxmotor.diagnosis._window import LAG, window_beside
+from jaxmotor.estimate import Fit, SpeedAverage, Trace, best_guess, identify, stated
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import LEARNED, OF_LOG, AbstractDisturbance, AbstractLearnedEffect, AbstractStepInTime
 from jaxmotor.recording import Recording, check, recording_of
@@ -77,18 +79,10 @@ def diagnose(
     request = Request(effects, exclude, on_progress)
     request.tell(0)
     fit, refused = _linear_fit(recording, seed)
-    recording, first = stated(recording, fit.average), linear_of(float(fit.motor.gain), float(fit.motor.pole))
-    study, linear = timed(recording, fit, first, request) or _untimed(recording, first, request)
-    before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
-    missing = _missing(study, linear.motor, before.traces)
-    found_looks = looks(missing, seed)
-    request.tell(1)
-    search = Search(study.solver, first, linear, rig_of(recording, study.trial))
-    found = extended(
-        search,
-        lambda fitted: _left(study, fitted, seed)[2],
-        lambda fitted: _is_explained(study, fitted, linear),
+    fit, study, linear, before, missing, found_looks, search, found = _explained(
+        stated(recording, fit.average), fit, request, seed
     )
+    recording = study.recording
     after, left, left_looks = _left(study, found.fitted, seed) if found.named else (before, missing, found_looks)
     if found.named and _from_outside(study, found, (*found_looks, *left_looks)):
         found, after, left, left_looks = Found(linear, linear, (), {}, {}), before, missing, found_looks
@@ -141,6 +135,54 @@ def diagnose(
         timing=timing,
         average=fit.average,
     )
+
+
+class _Explained(NamedTuple):
+    """A recording, its linear motor and what that leaves, and what a search has found of it."""
+
+    fit: Fit
+    study: Study
+    linear: Fitted
+    before: Scored
+    missing: MissingVolts
+    looks: tuple[Look, ...]
+    search: Search
+    found: Found
+
+
+def _explained(recording: Recording, fit: Fit, request: Request, seed: int) -> _Explained:
+    """`recording`, which states how its speeds were made, if that is known."""
+    first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
+    study, linear = timed(recording, fit, first, request) or _untimed(recording, first, request)
+    before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
+    missing = _missing(study, linear.motor, before.traces)
+    found_looks = looks(missing, seed)
+    request.tell(1)
+    search = Search(study.solver, first, linear, rig_of(recording, study.trial))
+    average, found = (
+        _window(recording, study, lambda: search.best_without(LAG), EXPLAINED),
+        Found(linear, linear, (), {}, {}),
+    )
+    if average is None:
+        found = extended(
+            search,
+            lambda fitted: _left(study, fitted, seed)[2],
+            lambda fitted: _is_explained(study, fitted, linear),
+        )
+        average = _window(recording, study, lambda: found.fitted)
+    if average is not None:
+        # Lags of the readings are not the motor's: what was found with them is found anew.
+        return _explained(stated(recording, average), dataclasses.replace(fit, average=average), request, seed)
+    return _Explained(fit, study, linear, before, missing, found_looks, search, found)
+
+
+def _window(
+    recording: Recording, study: Study, motor: Callable[[], Fitted], enough: float = np.inf
+) -> SpeedAverage | None:
+    """Of the speeds of `recording`, where it does not state it, as the `motor` shows it."""
+    if recording.measured != "speed" or recording.speed_window_s is not None:
+        return None
+    return window_beside(recording, study, motor(), enough)
 
 
 def _once(*notes: str) -> tuple[str, ...]:

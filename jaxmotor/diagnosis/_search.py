@@ -108,6 +108,12 @@ class Search:
         share = self.explained.share_left(last, self.linear.chi2)
         return Found(self.linear, last, named, self.visited.probabilities(), self.visited.families(), share)
 
+    def best_without(self, family: str) -> Fitted:
+        """The best motor of one effect that is not of this family, or of none."""
+        self._extend([self.linear], FIRST)
+        own = {name for name, effect in self.relations.known.items() if effect.family == family}
+        return min((one for one in self.visited.fitted.values() if not own & {*one.names}), key=lambda one: one.chi2)
+
     def _simpler(self, names: Names) -> list[Names]:
         """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
         another effect does."""

@@ -184,7 +184,7 @@ class Solver:
         settled, crawled = False, 0
         for number in range(steps):
             # What is left, and with it the weight of priors, changes as a fit goes on.
-            layout = layout_of(motor.effects, self._variance(at))
+            layout = layout_of(motor.effects, block_variance(at.projected, at.jacobian, self.block))
             step = self._step(at, layout)
             least = tolerance * max(square_of(at.residual), len(at.residual))
             if step is None or step.promise < least:
@@ -203,7 +203,15 @@ class Solver:
             crawled = crawled + 1 if gain < min(0.1 * step.promise, 0.01 * before) else 0
             if crawled == CRAWLED:
                 break
-        return Fitted(motor, at.free, at.speeds, at.residual, at.jacobian, settled, self._variance(at))
+        return Fitted(
+            motor,
+            at.free,
+            at.speeds,
+            at.residual,
+            at.jacobian,
+            settled,
+            block_variance(at.projected, at.jacobian, self.block),
+        )
 
     def _at(self, motor: Motor, free: np.ndarray, speeds: np.ndarray, *, shortened: bool = False) -> "_At":
         residual, jacobian, column = self.linearise(motor, free, speeds)
@@ -211,14 +219,6 @@ class Solver:
         if column is not None:
             columns, shift = without_initial_speeds(columns, column, self.piece, self.pieces)
         return _At(free, speeds, residual, columns[:, 0], columns[:, 1:], shift, shortened)
-
-    def _variance(self, at: "_At") -> float:
-        """Of residuals that priors are weighed against."""
-        if not (np.isfinite(at.projected).all() and np.isfinite(at.jacobian).all()):
-            return 1.0
-        normal = np.einsum("np,nq->pq", at.jacobian, at.jacobian)
-        pulls = np.stack([np.bincount(self.block, column * at.projected) for column in at.jacobian.T], axis=1)
-        return max(float(np.einsum("bp,bp->", pulls, solve_balanced(normal, pulls, DAMPING))) / len(normal), 1.0)
 
     def _step(self, at: "_At", layout: Layout) -> "_Step | None":
         residual, jacobian = at.projected, at.jacobian
@@ -299,6 +299,16 @@ class _Step:
     def speeds(self, step: np.ndarray) -> np.ndarray | float:
         """(k,) by how much initial speeds move with a `step` of the free numbers [rad/s]."""
         return 0.0 if self.shift is None else -self.shift[:, 0] - self.shift[:, 1:] @ step
+
+
+def block_variance(residual: np.ndarray, jacobian: np.ndarray, block: np.ndarray) -> float:
+    """Of `residual` (n,), at least 1, as its sums over blocks `block` (n,) have it in the directions of `jacobian`
+    (n, p); 1 where a motor is too wild to say."""
+    if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
+        return 1.0
+    normal = np.einsum("np,nq->pq", jacobian, jacobian)
+    pulls = np.stack([np.bincount(block, column * residual) for column in jacobian.T], axis=1)
+    return max(float(np.einsum("bp,bp->", pulls, solve_balanced(normal, pulls, DAMPING))) / len(normal), 1.0)
 
 
 def _boxed(normal: np.ndarray, right: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._trial import Trial, trial_of
-from jaxmotor.prediction import PADDED, Packed, pack, without_beginnings
+from jaxmotor.prediction import PADDED, Noise, Packed, pack, without_beginnings
 from jaxmotor.recording import Recording
 
 
@@ -27,12 +27,20 @@ class Study:
         return np.isin(self.packed.segment_of, segments)
 
 
-def study_of(recording: Recording, pole: float, timed: bool = False, request: Request | None = None) -> Study:
-    """`recording`, to be explained by motors with about this `pole` [rad/s], `timed` with a timing offset."""
+def study_of(
+    recording: Recording,
+    pole: float,
+    timed: bool = False,
+    request: Request | None = None,
+    noise: Noise | None = None,
+) -> Study:
+    """`recording`, to be explained by motors with about this `pole` [rad/s], `timed` with a timing offset; `noise` is
+    estimated where it is not given."""
     moving = tuple(
         index for index, segment in enumerate(recording.segments) if segment.kind != "rest" and len(segment) >= 2
     )
-    packed = pack(recording, moving, PADDED._replace(lanes=_lanes([len(recording.segments[k]) for k in moving])), timed)
+    shape = PADDED._replace(lanes=_lanes([len(recording.segments[k]) for k in moving]))
+    packed = pack(recording, moving, shape, timed, noise=noise)
     packed = without_beginnings(recording, packed)
     trial = trial_of(recording, packed, pole)
     return Study(

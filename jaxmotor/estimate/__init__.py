@@ -48,8 +48,10 @@ from jaxmotor.estimate._sine_fit import Sines as Sines
 from jaxmotor.estimate._sine_fit import fit_phasors as fit_phasors
 from jaxmotor.estimate._sine_fit import fit_sines as fit_sines
 from jaxmotor.estimate._sine_fit import linear_start as linear_start
+from jaxmotor.estimate._speed_average import UNSURE as UNSURE
 from jaxmotor.estimate._speed_average import SpeedAverage as SpeedAverage
 from jaxmotor.estimate._speed_average import stated as stated
+from jaxmotor.estimate._speed_average import with_window as with_window
 from jaxmotor.estimate._start import data_start as data_start
 from jaxmotor.estimate._start import pole_range as pole_range
 from jaxmotor.estimate._timing import MOST_ROWS as MOST_ROWS

@@ -1,8 +1,11 @@
 """Logs whose header does not state how their speeds were averaged: the log's own, and no effect of the motor."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from speed_logs import speed_log
+from test_search import FRICTION_V, GAIN, PERIOD_S, POLE, noisy_log
 
 from jaxmotor import diagnose
 from jaxmotor.diagnosis import extended_model, to_json
@@ -22,3 +25,25 @@ def test_the_average_is_the_logs_and_the_motor_is_complete(seen, seed):
     assert not any("it is not known over how long" in note for note in found.notes)
     assert to_json(found)["speed_average"]["kind"] == seen
     assert not extended_model(found).effects and not found.motor.effects and not found.linear.effects
+
+
+def averaged(recording, rows):
+    """`recording`, of means over a row, as one of means over `rows` rows that does not say so."""
+    segment = recording.segments[0]
+    speed = np.convolve(segment.speed_rad_s, np.ones(rows) / rows)[: len(segment)]
+    return dataclasses.replace(
+        recording, segments=(dataclasses.replace(segment, speed_rad_s=speed),), speed_window_s=None
+    )
+
+
+def test_beside_friction_the_average_is_the_logs_and_no_lag_of_the_motor():
+    found = diagnose(averaged(noisy_log(3, FRICTION_V), 7))
+    [friction] = found.effects
+    assert found.verdict == "extended" and friction.name in ("coulomb_friction", "stiction")
+    assert friction.parameters["volts_V"] == pytest.approx(FRICTION_V, rel=0.02)
+    assert found.average is not None and found.average.kind == "window" and found.average.separable
+    assert abs(found.average.length_s - 7 * PERIOD_S) < 3 * found.average.standard_error_s < 0.03 * 7 * PERIOD_S
+    assert abs(float(found.motor.linear.gain) - GAIN) < 3 * found.standard_error["gain_rad_s_V"]
+    assert abs(float(found.motor.linear.pole) - POLE) < 3 * found.standard_error["pole_rad_s"] < 0.1 * POLE
+    assert sum("property of the log" in note for note in found.notes) == 1
+    assert not any("it is not known over how long" in note for note in found.notes)

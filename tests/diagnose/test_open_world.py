@@ -188,13 +188,14 @@ def test_a_learned_law_is_kept_with_the_model(found, tmp_path):
     assert after.chi2_per_sample < 1.1 < before.chi2_per_sample
 
 
-def test_a_curve_over_speed_leaves_the_line_to_the_motor():
+def test_a_curve_over_speed_leaves_lines_to_the_motor_and_an_offset():
     with jax.enable_x64(True):
         place = np.linspace(-50, 50, 2001)
         for term in range(1, 25):
             effect = TorqueOverSpeed.start(reach_rad_s=50.0, **{f"c{term}_V": 1.0})
             volts = np.asarray(effect.adds(jnp.asarray(place)))
-            assert abs(volts @ place) < 1e-9 * np.linalg.norm(place) * max(np.linalg.norm(volts), 1.0)
+            for line in (place, np.ones_like(place)):
+                assert abs(volts @ line) < 1e-9 * np.linalg.norm(line) * max(np.linalg.norm(volts), 1.0)
 
 
 @pytest.mark.parametrize(
@@ -206,7 +207,6 @@ def test_a_curve_over_speed_leaves_the_line_to_the_motor():
         ("voltage", -6, 6, lambda u: -np.where(np.abs(u) < 1, u, 0), "input_threshold", "1 V"),
         ("voltage", -6, 6, lambda u: np.clip(u, -4.5, 4.5) - u, "voltage_saturation", "4.5 V"),
         ("voltage", -6, 6, lambda u: -0.05 * np.abs(u), "direction_asymmetry", "one way"),
-        ("voltage", -6, 6, lambda u: 0.2 + 0 * u, "voltage_offset", "offset"),
         ("angle", 0, 2 * np.pi, lambda a: 0.1 * np.sin(5 * a + 1), "cogging", "5 per turn"),
         ("time", 0, 60, lambda t: 0.3 - 0.01 * t, "drift", "steady"),
         ("time", 0, 60, lambda t: np.sin(2 * np.pi * t / 20 + 1), "sine", "0.05 Hz"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from jaxmotor.diagnosis._solve import _boxed
+from jaxmotor.diagnosis._solve import _boxed, block_variance
 
 
 def problem(seed):
@@ -36,3 +36,14 @@ def test_without_a_box_it_is_least_squares():
 def test_one_short_element_does_not_shorten_the_others():
     step = _boxed(np.diag([1.0, 1.0]), np.array([100.0, 0.5]), np.full(2, -1.0), np.full(2, 1.0))
     np.testing.assert_allclose(step, [1.0, 0.5], rtol=1e-8)
+
+
+@pytest.mark.parametrize("alike", [1, 25])
+def test_priors_weigh_as_much_as_rows_that_say_something_new(alike):
+    rng = np.random.default_rng(alike)
+    rows, block = np.repeat(rng.normal(size=(400, 6)), alike, axis=0), np.repeat(np.arange(40), 10 * alike)
+    residual = 3.0 * np.repeat(rng.normal(size=400), alike)
+    # As many rows in a row that say the same weigh as one; the variance of independent ones is that of single rows.
+    assert block_variance(residual, rows, block) == pytest.approx(9.0 * alike, rel=0.25)
+    assert block_variance(0.1 * residual / np.sqrt(alike), rows, block) == 1.0
+    assert block_variance(np.append(residual[:-1], np.nan), rows, block) == 1.0
