@@ -61,7 +61,7 @@ def _windows(recording: Recording, trace: Trace, gain: float, pole: float) -> tu
     if period is None:
         return tuple(np.zeros((6, 0)))
     size, edge = _sizes(period)
-    error = np.concatenate([[0.0], np.cumsum(trace.measured_rad_s - trace.simulated_rad_s)]) * period
+    error = np.concatenate([[0.0], np.cumsum(trace.residual_rad_s)]) * period
     row = np.rint(trace.time_s / period).astype(int)
     starts = np.arange(edge, len(error) - edge - size, size)
     # A window in which ticks are missing has no mean.

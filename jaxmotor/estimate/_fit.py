@@ -29,6 +29,11 @@ class Trace:
     measured_rad_s: np.ndarray
     simulated_rad_s: np.ndarray
 
+    @property
+    def residual_rad_s(self) -> np.ndarray:
+        """Measured minus simulated."""
+        return self.measured_rad_s - self.simulated_rad_s
+
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Fit(Shown):
