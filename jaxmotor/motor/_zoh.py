@@ -18,19 +18,12 @@ from jaxtyping import Array, Complex, Float
 from jaxmotor.motor._linear import AbstractLinearMotor, Hold
 
 
-def hold_with_delay(
-    motor: AbstractLinearMotor, period: Float[Array, ""], fraction: Float[Array, ""]
-) -> tuple[Hold, Hold]:
-    """One tick of `period` [s] in which the new voltage arrives after `fraction` (0 to 1) of it.
+def hold_switched(motor: AbstractLinearMotor, part: Float[Array, ""], period: Float[Array, ""]) -> tuple[Hold, Hold]:
+    """One tick of `period` [s] in which the new voltage arrives `part` [s] after its begin.
 
     Returns the tick's `Hold` with respect to the old voltage and to the new one; both have the same
     transition and turn.
     """
-    return hold_switched(motor, fraction * period, period)
-
-
-def hold_switched(motor: AbstractLinearMotor, part: Float[Array, ""], period: Float[Array, ""]) -> tuple[Hold, Hold]:
-    """As `hold_with_delay`, of a tick of `period` [s] whose new voltage arrives `part` [s] after its begin."""
     old, new = motor.hold(part), motor.hold(period - part)
     transition = new.transition @ old.transition
     turn = old.turn + new.turn @ old.transition
@@ -47,7 +40,7 @@ def mean_speed_response(
     """V(z) [rad/s/V]: mean speed over the tick that holds the voltage, exact for any `delay` >= 0 [s]."""
     ticks = jnp.asarray(delay, dtype=period.dtype) / period
     whole = jnp.floor(ticks)
-    old, new = map(_complex_hold, hold_with_delay(motor, period, ticks - whole))
+    old, new = map(_complex_hold, hold_switched(motor, (ticks - whole) * period, period))
 
     def at(frequency: Float[Array, ""]) -> Complex[Array, ""]:
         z, late = _turn(frequency * period), _turn(-frequency * period * whole)
@@ -58,14 +51,11 @@ def mean_speed_response(
 
 
 def position_response(
-    motor: AbstractLinearMotor,
-    frequency_Hz: Float[Array, " f"],
-    period: Float[Array, ""],
-    delay: Float[Array, ""] | float = 0.0,
+    motor: AbstractLinearMotor, frequency_Hz: Float[Array, " f"], period: Float[Array, ""]
 ) -> Complex[Array, " f"]:
     """Θ(z) [rad/V]: shaft angle at the tick."""
     z = _turn(frequency_Hz * period)
-    return mean_speed_response(motor, frequency_Hz, period, delay) * to_complex(period) / (z - 1)
+    return mean_speed_response(motor, frequency_Hz, period) * to_complex(period) / (z - 1)
 
 
 def speed_response(
