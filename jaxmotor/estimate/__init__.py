@@ -10,6 +10,7 @@ from jaxmotor.estimate._frequency_response import FrequencyResponse as Frequency
 from jaxmotor.estimate._identify import UNSETTLED as UNSETTLED
 from jaxmotor.estimate._identify import Prepared as Prepared
 from jaxmotor.estimate._identify import agreement as agreement
+from jaxmotor.estimate._identify import as_sines as as_sines
 from jaxmotor.estimate._identify import best_guess as best_guess
 from jaxmotor.estimate._identify import enough_sines as enough_sines
 from jaxmotor.estimate._identify import identify as identify
@@ -42,12 +43,9 @@ from jaxmotor.estimate._open_hypotheses import open_to_json as open_to_json
 from jaxmotor.estimate._response_fit import fit_response as fit_response
 from jaxmotor.estimate._rows import effect_rows as effect_rows
 from jaxmotor.estimate._rows import linear_rows as linear_rows
-from jaxmotor.estimate._sine_data import SineData as SineData
 from jaxmotor.estimate._sine_data import sine_data as sine_data
 from jaxmotor.estimate._sine_fit import Sines as Sines
-from jaxmotor.estimate._sine_fit import fit_phasors as fit_phasors
 from jaxmotor.estimate._sine_fit import fit_sines as fit_sines
-from jaxmotor.estimate._sine_fit import linear_start as linear_start
 from jaxmotor.estimate._speed_average import SpeedAverage as SpeedAverage
 from jaxmotor.estimate._speed_average import stated as stated
 from jaxmotor.estimate._start import data_start as data_start
@@ -59,6 +57,8 @@ from jaxmotor.estimate._traces import chi2_per_sample as chi2_per_sample
 from jaxmotor.estimate._traces import fit_percent as fit_percent
 from jaxmotor.estimate._traces import floors as floors
 from jaxmotor.estimate._traces import traces_of as traces_of
+from jaxmotor.estimate._trajectory import PROCESS_RANGE as PROCESS_RANGE
+from jaxmotor.estimate._trajectory import negative_log_likelihood as negative_log_likelihood
 from jaxmotor.estimate._trajectory import solve as solve
 from jaxmotor.estimate._trajectory import solve_normal as solve_normal
 from jaxmotor.estimate._trajectory import whitened as whitened

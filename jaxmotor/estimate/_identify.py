@@ -151,9 +151,8 @@ def prepare(recording: Recording, hold_out: Which = (), few_shapes: bool = False
 
 def as_sines(data: SineData) -> Sines:
     """`data` on the way into JAX."""
-    arrays = (data.frequency_Hz, data.time, data.volts, data.measured, data.valid, data.unit, data.period_s)
-    frequency, time, volts, measured, valid, unit, period = to_jax(arrays)
-    return Sines(frequency, time, volts, measured, valid, unit, period, data.kind, data.window_s, data.floor_known)
+    rows = (data.frequency_Hz, data.time, data.volts, data.measured, data.valid)
+    return Sines(*rows, np.asarray(data.unit), np.asarray(data.period_s), data.kind, data.window_s, data.floor_known)
 
 
 def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:

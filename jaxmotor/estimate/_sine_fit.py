@@ -12,7 +12,7 @@ In a last round the fit is to what an exact simulation with the real duty leaves
 from the harmonics of the duty's steps.
 """
 
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -28,16 +28,16 @@ ROUNDS = 4
 class Sines(eqx.Module):
     """The sine segments of one recording, padded to one length, and perhaps with frequencies that have no rows."""
 
-    frequency_Hz: Float[Array, " f"]
-    time: Float[Array, "f n"]
+    frequency_Hz: Float[Any, " f"]
+    time: Float[Any, "f n"]
     """Since the segment's first row [s]."""
-    volts: Float[Array, "f n"]
-    measured: Float[Array, "f n"]
+    volts: Float[Any, "f n"]
+    measured: Float[Any, "f n"]
     """Position since the segment's first row [units], or speed [units/s]."""
-    valid: Bool[Array, "f n"]
-    unit: Float[Array, ""]
+    valid: Bool[Any, "f n"]
+    unit: Float[Any, ""]
     """One unit [rad]."""
-    period: Float[Array, ""]
+    period: Float[Any, ""]
     """Of the ticks [s]."""
     kind: Literal["position", "mean_speed", "speed"] = eqx.field(static=True)
     """Position; mean speed over the previous tick; mean speed over `window_s` before the row."""
