@@ -184,7 +184,7 @@ def _response(recording: Recording, fitted: tuple[int, ...], notes: list[str]) -
 def enough_sines(recording: Recording, fitted: tuple[int, ...]) -> bool:
     """There are sines of two frequencies among the segments `fitted`."""
     sines = sine_segments(recording, fitted)
-    return len({recording.segments[index].parameters["frequency_Hz"] for index in sines}) >= 2
+    return len({recording.segments[index].sine_Hz for index in sines}) >= 2
 
 
 def sine_motor(found: dict[str, np.ndarray]) -> SineMotor:
@@ -195,13 +195,10 @@ def sine_motor(found: dict[str, np.ndarray]) -> SineMotor:
 
 def needs_more_than_one_frequency(recording: Recording, fitted: tuple[int, ...]) -> None:
     """**Raises:** `JaxmotorError` where all segments are sines of one frequency."""
-    chosen = [recording.segments[index] for index in fitted]
-    if {segment.kind for segment in chosen} != {"sine"}:
-        return
-    frequencies = {float(segment.parameters["frequency_Hz"]) for segment in chosen}
-    if len(frequencies) == 1:
+    frequencies = {recording.segments[index].sine_Hz for index in fitted}
+    if len(frequencies) == 1 and (frequency := frequencies.pop()) is not None:
         raise JaxmotorError(
-            f"{recording.name}: all segments are sines of one frequency ({frequencies.pop():g} Hz), so nothing checks "
+            f"{recording.name}: all segments are sines of one frequency ({frequency:g} Hz), so nothing checks "
             "the pole they give; record a second frequency, or a step"
         )
 

@@ -34,11 +34,7 @@ def sine_segments(recording: Recording, segments: tuple[int, ...]) -> tuple[int,
     """Those of `segments` that are sines of a stated frequency, where ticks are even."""
     if recording.period_s is None:
         return ()
-    return tuple(
-        index
-        for index in segments
-        if recording.segments[index].kind == "sine" and "frequency_Hz" in recording.segments[index].parameters
-    )
+    return tuple(index for index in segments if recording.segments[index].sine_Hz is not None)
 
 
 def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool = False) -> SineData:
@@ -51,7 +47,7 @@ def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool 
     assert chosen and period is not None
     kind, window = _kind(recording)
     runs = [recording.segments[index] for index in chosen]
-    unit = 2 * np.pi / (recording.counts_per_rev or 1.0) if recording.measured == "count" else 1.0
+    unit = recording.count_rad if recording.measured == "count" else 1.0
     shape = (len(chosen), bucket(max(map(len, runs))))
     if few_shapes:
         shape = (up_by_four(LEAST_SINES, shape[0]), up_by_four(LEAST_ROWS, shape[1]))
@@ -67,7 +63,7 @@ def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool 
         valid[:, 0] = False
     amplitude, frequency = np.full(shape[0], np.nan), np.ones(shape[0])
     amplitude[: len(runs)] = [float(run.parameters.get("amplitude_V", np.nan)) for run in runs]
-    frequency[: len(runs)] = [float(run.parameters["frequency_Hz"]) for run in runs]
+    frequency[: len(runs)] = [run.sine_Hz for run in runs]
     known = recording.measured == "count"
     return SineData(chosen, frequency, amplitude, time, volts, measured, valid, unit, period, kind, window, known)
 

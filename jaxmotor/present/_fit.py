@@ -102,10 +102,9 @@ def spread(traces: tuple[Trace, ...], most: int = MOST_PANELS) -> tuple[Trace, .
 
 def in_counts(trace: Trace, recording: Recording) -> np.ndarray:
     """Measured minus simulated turn of each row [counts]."""
-    assert recording.counts_per_rev is not None
     time = recording.segments[trace.segment].time_s
     row = np.searchsorted(time, trace.time_s - 1e-9)
-    return trace.residual_rad_s * (time[row + 1] - time[row]) * recording.counts_per_rev / (2 * np.pi)
+    return trace.residual_rad_s * (time[row + 1] - time[row]) / recording.count_rad
 
 
 def segment_name(trace: Trace, recording: Recording | None) -> str:

@@ -76,8 +76,8 @@ def check_sines(recording: Recording) -> None:
     for index, segment in enumerate(recording.segments):
         if segment.kind != "sine":
             continue
-        frequency = segment.parameters.get("frequency_Hz")
-        if isinstance(frequency, bool) or not isinstance(frequency, int | float):
+        frequency = segment.sine_Hz
+        if frequency is None:
             raise RecordingError(
                 f"{recording.source}: segment {index} is a sine without frequency; add frequency_Hz = ... [Hz]"
             )
@@ -106,13 +106,13 @@ def warn_saturation(recording: Recording) -> list[str]:
 
 def warn_repetition(recording: Recording) -> list[str]:
     """Sines of which every few rows repeat exactly, and with them the rounding of the encoder."""
-    repeating = {}
-    for index, segment in enumerate(recording.segments):
-        frequency = segment.parameters.get("frequency_Hz")
-        if segment.kind != "sine" or segment.count is None or not isinstance(frequency, int | float):
-            continue
-        if _repeats_after(recording, segment, float(frequency)):
-            repeating[index] = float(frequency)
+    repeating = {
+        index: frequency
+        for index, segment in enumerate(recording.segments)
+        if segment.count is not None
+        and (frequency := segment.sine_Hz) is not None
+        and _repeats_after(recording, segment, frequency)
+    }
     if not repeating:
         return []
     first = next(iter(repeating.values()))

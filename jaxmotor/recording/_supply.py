@@ -94,7 +94,7 @@ def _mean_speeds(recording: Recording, segment: Segment) -> np.ndarray:
         # The mean over the time before a row is that of the row before it.
         mean = speed[1:] if recording.speed_window_s else (speed[1:] + speed[:-1]) / 2
     elif segment.count is not None:
-        mean = np.diff(segment.count) * (2 * np.pi / (recording.counts_per_rev or 1.0)) / np.diff(segment.time_s)
+        mean = np.diff(segment.count) * recording.count_rad / np.diff(segment.time_s)
     else:
         assert segment.angle_rad is not None
         mean = np.diff(segment.angle_rad) / np.diff(segment.time_s)
