@@ -19,6 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxmotor._arguments import check_positive
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor.control._feed_forward import FeedForward, feed_forward
@@ -91,8 +92,7 @@ def design_estimator(motor: Motor, hardware: Hardware, *, disturbance_V: float |
     **Raises:** `JaxmotorError` where `disturbance_V` is not positive.
     """
     wander = DISTURBANCE * hardware.supply_V if disturbance_V is None else disturbance_V
-    if not (math.isfinite(wander) and wander > 0):
-        raise JaxmotorError(f"disturbance_V = {wander:g} is not positive; 2 % of the supply is usual")
+    check_positive("disturbance_V", wander, "; 2 % of the supply is usual")
     late, old, new = late_holds(motor, hardware)
     order = len(new.drive)
     drives = [np.concatenate([hold.drive, [hold.turn_drive, 0.0]]) for hold in (old, new)]

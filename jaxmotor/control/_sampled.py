@@ -46,12 +46,23 @@ class Sampled(NamedTuple):
         return self.at(1.0 + 0j).real
 
 
-def linear_of(motor: Motor) -> AbstractLinearMotor:
-    """The linear motor, with the effect `electrical_pole` where the motor has it."""
+def linear_numbers(motor: Motor) -> tuple[float, float, float]:
+    """Gain [rad/s/V], pole [rad/s] and L/R [s], 0 where there is none, with what `electrical_pole` adds to it."""
     lag = parameter_of(motor, "electrical_pole", "time_constant_s")
     own = float(motor.linear.electrical_time_constant) if isinstance(motor.linear, SecondOrder) else 0.0
-    values = [float(motor.linear.gain), float(motor.linear.pole)]
-    return linear_motor([*values, own + lag] if own + lag > 0 else values)
+    return float(motor.linear.gain), float(motor.linear.pole), own + lag
+
+
+def linear_of(motor: Motor) -> AbstractLinearMotor:
+    """The linear motor of these numbers."""
+    gain, pole, lag = linear_numbers(motor)
+    return linear_motor([gain, pole, lag] if lag > 0 else [gain, pole])
+
+
+def transfer_function(motor: Motor) -> tuple[list[float], list[float]]:
+    """Numerator and denominator of its G(s) [rad/s/V], the highest power first."""
+    gain, pole, lag = linear_numbers(motor)
+    return [gain * pole], [*([lag] if lag else []), 1.0, pole]
 
 
 def delay_of(motor: Motor, hardware: Hardware) -> float:

@@ -169,14 +169,14 @@ def _wide(psi: np.ndarray, covariance: np.ndarray) -> list[str]:
     ]
 
 
-def student_t(freedom: float, probability: float = 0.975) -> float:
-    """Quantile of Student's t, by integrating cos^(ν-1) φ with t = √ν tan φ; good to 1e-4 for ν from 1 to 1e4."""
+def student_t(freedom: float) -> float:
+    """Quantile 0.975 of Student's t, by integrating cos^(ν-1) φ with t = √ν tan φ; good to 1e-4 for ν from 1 to 1e4."""
     angle, cosine = _angles()
     density = cosine ** (freedom - 1)
     mass = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2)])
     rest = density[-1] / 2
     share = 0.5 + 0.5 * mass / (mass[-1] + rest)
-    return float(np.sqrt(freedom) * np.tan(np.interp(probability, share, angle)))
+    return float(np.sqrt(freedom) * np.tan(np.interp(0.975, share, angle)))
 
 
 @functools.cache

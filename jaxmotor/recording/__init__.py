@@ -29,6 +29,7 @@ from jaxmotor.recording._recording import Recording as Recording
 from jaxmotor.recording._recording import RecordingError as RecordingError
 from jaxmotor.recording._recording import Segment as Segment
 from jaxmotor.recording._recording import angle_of as angle_of
+from jaxmotor.recording._recording import mean_speeds as mean_speeds
 from jaxmotor.recording._steady import import_steady as import_steady
 from jaxmotor.recording._steady import is_steady as is_steady
 from jaxmotor.recording._supply import logs_supply as logs_supply

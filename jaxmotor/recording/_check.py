@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxmotor.recording._jumps import check_jumps
 from jaxmotor.recording._ranges import ranges
-from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._recording import Recording, RecordingError, Segment, mean_speeds
 from jaxmotor.recording._supply import begins_at_V, logs_supply
 
 SATURATED_SHARE = 0.2
@@ -148,7 +148,7 @@ def warn_overlap(recording: Recording) -> list[str]:
 def warn_sign(recording: Recording) -> list[str]:
     """A shaft that turns against the voltage."""
     volts = np.concatenate([segment.volts[:-1] for segment in recording.segments])
-    speed = np.concatenate([_speed(recording, segment) for segment in recording.segments])
+    speed = np.concatenate([mean_speeds(recording, segment) for segment in recording.segments])
     if volts @ speed >= -0.1 * np.linalg.norm(volts) * np.linalg.norm(speed):
         return []
     return ["the motor turns against the voltage; swap the sign of the input or of the output"]
@@ -231,10 +231,3 @@ def _repeating(turns_per_row: float, rows: int) -> int:
     turns = Fraction(turns_per_row)
     ratio = turns.limit_denominator(min(rows // 3, 400))
     return ratio.denominator if abs(turns - ratio) * rows < 1e-6 else 0
-
-
-def _speed(recording: Recording, segment: Segment) -> np.ndarray:
-    """(n - 1,) speed from each row to the next, in whatever unit."""
-    if recording.measured == "speed":
-        return segment.shaft[1:]
-    return np.diff(segment.shaft) / np.diff(segment.time_s)

@@ -65,16 +65,19 @@ def parse_rows(body: str, names: list[str], source: str, first: int) -> dict[str
         columns = _parse_fast(body, names)
     except (ValueError, OverflowError, Warning):
         raise _first_fault(body, names, source, first) from None
-    for name, limit in (INTEGERS | FLOATS).items():
-        if name in columns:
-            # `abs` of the least integer is itself
-            bad = ~((columns[name] <= limit) & (columns[name] >= -limit))
-            if name in SPARSE:
-                bad &= ~np.isnan(columns[name])
-            if bad.any():
-                row = int(np.argmax(bad))
-                raise fault(source, first + row, _beyond(name, str(columns[name][row])))
+    for name in INTEGERS | FLOATS:
+        if name in columns and (bad := beyond(name, columns[name])).any():
+            row = int(np.argmax(bad))
+            raise fault(source, first + row, _beyond(name, str(columns[name][row])))
     return columns
+
+
+def beyond(name: str, column: np.ndarray) -> np.ndarray:
+    """(n,) whether a cell of the column `name` is more than can be meant, or no number."""
+    limit = (INTEGERS | FLOATS)[name]
+    # `abs` of the least integer is itself
+    bad = ~((column <= limit) & (column >= -limit))
+    return bad & ~np.isnan(column) if name in SPARSE else bad
 
 
 def _parse_fast(body: str, names: list[str]) -> dict[str, np.ndarray]:

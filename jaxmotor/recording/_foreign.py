@@ -15,7 +15,7 @@ from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._supply import supplied
 from jaxmotor.recording._table import Table, read_table
 from jaxmotor.recording._text import about_log
-from jaxmotor.recording._units import Input, Scale, split_input, split_time, split_unit
+from jaxmotor.recording._units import Input, Scale, positive, split_input, split_time, split_unit
 
 MAX_LABELS = 10_000
 FINEST_DUTY = 9
@@ -127,12 +127,6 @@ def _how(path: Path, input_acts: str, stated: dict[str, str | None]) -> dict[str
     """The log and how it was read, for the header: only what was stated."""
     acts = {} if input_acts == "after" else {"input_acts": input_acts}
     return {"log": path.name} | acts | {key: value for key, value in stated.items() if value is not None}
-
-
-def positive(value: float | int | None, flag: str) -> float | None:
-    if value is not None and not 0 < value < np.inf:
-        raise RecordingError(f"{flag} is {value}; it is a positive number")
-    return None if value is None else float(value)
 
 
 def _window(value: float | int | None) -> float | None:

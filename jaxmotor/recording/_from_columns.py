@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxmotor.recording._columns import FLOATS, INTEGERS, SPARSE, wrong_names
+from jaxmotor.recording._columns import FLOATS, INTEGERS, beyond, wrong_names
 from jaxmotor.recording._header import FORMAT, Header, parse_header
 from jaxmotor.recording._read import assemble, check_needs
 from jaxmotor.recording._recording import Recording, RecordingError
@@ -52,16 +52,15 @@ def _numbers(name: str, column: np.ndarray, source: str) -> np.ndarray:
     """`column` as int64 or float64. A missing cell is no number."""
     if column.dtype.kind not in "iuf":
         raise RecordingError(f"{source}: column {name!r} holds {column.dtype}, not numbers; export it again")
-    limit = (INTEGERS | FLOATS)[name]
-    bad = ~(np.abs(column.astype(float)) <= limit)
-    if name in SPARSE:
-        bad &= ~np.isnan(column.astype(float))
+    bad = beyond(name, column.astype(float))
     if name in INTEGERS and column.dtype.kind == "f":
         bad |= column != np.round(column)
     if bad.any():
         row = int(np.argmax(bad))
-        what = "a whole number" if name in INTEGERS else "a finite number"
-        raise _row_fault(source, row, f"{name} is {column[row]}, not {what} of at most {limit:g}; correct it")
+        what = f"a {'whole' if name in INTEGERS else 'finite'} number of at most {(INTEGERS | FLOATS)[name]:g}"
+        raise _row_fault(
+            source, row, f"{name} is {column[row]}, not {what}; correct it"
+        )
     return np.ascontiguousarray(column, np.int64 if name in INTEGERS else np.float64)
 
 

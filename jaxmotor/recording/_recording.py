@@ -139,6 +139,13 @@ class Recording(Shown):
         return (", ".join(f"{kind}: {count}" for kind, count in number.items()),)
 
 
+def mean_speeds(recording: Recording, segment: Segment) -> np.ndarray:
+    """(n - 1,) from each row to the next [rad/s]; of logged speeds that of the next."""
+    if segment.speed_rad_s is not None:
+        return segment.speed_rad_s[1:]
+    return np.diff(angle_of(recording, segment)) / np.diff(segment.time_s)
+
+
 def angle_of(recording: Recording, segment: Segment) -> np.ndarray:
     """(n,) angle since the first row of `segment`, where counts or angles were logged [rad]."""
     if segment.count is not None:
