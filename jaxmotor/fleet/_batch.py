@@ -22,15 +22,13 @@ from jaxmotor.estimate import (
     Judgement,
     Prepared,
     agreement,
-    data_start,
     estimate_of,
-    fit_response,
-    fit_sines,
     judge,
+    response_program,
     scores,
     sine_motor,
-    solve,
-    uncertainty,
+    start_program,
+    trajectory_program,
 )
 from jaxmotor.fleet._ready import Case, Ready, stack
 
@@ -38,6 +36,8 @@ BATCH = 32
 """Motors in one call."""
 LEFT_OUT = ("jacobian",)
 """What of a solution stays inside the program."""
+OF_SINES = ("gain", "pole", "covariance", "solved")
+"""What comes out of it of the fit to the frequency response."""
 
 
 class Identified(NamedTuple):
@@ -103,22 +103,22 @@ def in_turn(one: Callable[[Any], Arrays], arrays: Any, count: Int[Array, ""], si
 
 def _one(case: Case, seed: Array) -> Arrays:
     psi, sines = _start(case)
-    solution = solve(case.problem, psi)
-    errors = uncertainty(case.problem, solution, jax.random.key(seed))
-    found = solution._asdict() | errors._asdict()
+    found = trajectory_program(case.problem, psi, seed)
     return sines | {name: value for name, value in found.items() if name not in LEFT_OUT}
 
 
 def _start(case: Case) -> tuple[Float[Array, " 3"], Arrays]:
     """The start that the sines give, where they do, and what they say; else that of the data."""
     if case.sines is None:
-        return data_start(case.problem, case.log_poles), {}
-    response, _ = fit_sines(case.sines)
-    fit = fit_response(response)
-    psi = jnp.stack([fit.motor.gain, jnp.zeros_like(fit.motor.gain), jnp.log(fit.motor.pole)])
-    psi = jax.lax.cond(fit.solved, lambda: psi, lambda: data_start(case.problem, case.log_poles))
-    found = {"gain": fit.motor.gain, "pole": fit.motor.pole, "covariance": fit.covariance, "solved": fit.solved}
-    return psi, {f"sine_{name}": value for name, value in found.items()}
+        return _data_start(case), {}
+    found = response_program(case.sines)
+    psi = jnp.stack([found["gain"], jnp.zeros_like(found["gain"]), jnp.log(found["pole"])])
+    psi = jax.lax.cond(found["solved"], lambda: psi, lambda: _data_start(case))
+    return psi, {f"sine_{name}": found[name] for name in OF_SINES}
+
+
+def _data_start(case: Case) -> Float[Array, " 3"]:
+    return start_program(case.problem, case.log_poles)["psi"]
 
 
 def _identified(prepared: Prepared, found: dict[str, np.ndarray]) -> Identified | JaxmotorError:
