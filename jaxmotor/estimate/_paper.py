@@ -23,7 +23,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
 from jaxmotor.estimate._sine_fit import fit_phasors, linear_start
-from jaxmotor.motor import FirstOrder, paper_response, to_complex
+from jaxmotor.motor import FirstOrder, paper_response, phasor, to_complex
 from jaxmotor.recording import Recording, Segment, angle_of
 
 
@@ -49,7 +49,8 @@ def fit_paper(recording: Recording, segments: tuple[int, ...]) -> PaperFit:
     # As published: of when a duty acts after its count it knows nothing.
     response = _paper_sines(sine_data(dataclasses.replace(recording, duty_delay_s=None), segments))
     gain, gain_error = _gain(recording, segments)
-    start = linear_start(response.frequency_Hz, response.response * _turn(response), response.period_s)
+    z = phasor(response.frequency_Hz * response.period_s)
+    start = linear_start(response.frequency_Hz, response.response * z, response.period_s)
     pole, pole_error = fit_paper_pole(response, jnp.asarray(gain), start.pole)
     return PaperFit(FirstOrder(jnp.asarray(gain), pole), FirstOrder(jnp.asarray(gain_error), pole_error), response)
 
@@ -82,11 +83,6 @@ def fit_paper_pole(
     variance = (left**2).sum() / (left.size - 1) / (slope**2).sum()
     pole = jnp.exp(log_pole[0])
     return pole, pole * jnp.sqrt(variance)
-
-
-def _turn(response: FrequencyResponse) -> Complex[Array, " f"]:
-    turns = 2 * jnp.pi * response.frequency_Hz * response.period_s
-    return jax.lax.complex(jnp.cos(turns), jnp.sin(turns))
 
 
 def _paper_sines(data: SineData) -> FrequencyResponse:

@@ -43,7 +43,7 @@ def mean_speed_response(
     old, new = map(_complex_hold, hold_switched(motor, (ticks - whole) * period, period))
 
     def at(frequency: Float[Array, ""]) -> Complex[Array, ""]:
-        z, late = _turn(frequency * period), _turn(-frequency * period * whole)
+        z, late = phasor(frequency * period), phasor(-frequency * period * whole)
         state = _resolvent(new.transition, z, old.drive / z + new.drive)
         return late * (new.turn @ state + old.turn_drive / z + new.turn_drive) / to_complex(period)
 
@@ -54,7 +54,7 @@ def position_response(
     motor: AbstractLinearMotor, frequency_Hz: Float[Array, " f"], period: Float[Array, ""]
 ) -> Complex[Array, " f"]:
     """Θ(z) [rad/V]: shaft angle at the tick."""
-    z = _turn(frequency_Hz * period)
+    z = phasor(frequency_Hz * period)
     return mean_speed_response(motor, frequency_Hz, period) * to_complex(period) / (z - 1)
 
 
@@ -75,7 +75,7 @@ def speed_response(
     length = to_complex(jnp.where(window > 0, window, 1.0))
 
     def at(frequency: Float[Array, ""]) -> Complex[Array, ""]:
-        z, late = _turn(frequency * period), _turn(-frequency * period * back)
+        z, late = phasor(frequency * period), phasor(-frequency * period * back)
         state = _resolvent(tick.transition, z, tick.drive)
         angle = (tick.turn @ state + tick.turn_drive) / (z - 1)
         begin = late * (angle + part.turn @ state + part.turn_drive)
@@ -94,14 +94,14 @@ def paper_response(
 def zoh_factor(frequency_Hz: Float[Array, " f"], period: Float[Array, ""]) -> Complex[Array, " f"]:
     """ZOH(jω) = (1 - exp(-jωT))/(jωT) [1], the paper's eq. 4; 1 at frequency zero."""
     turns = frequency_Hz * period
-    return to_complex(jnp.sinc(turns)) * _turn(-turns / 2)
+    return to_complex(jnp.sinc(turns)) * phasor(-turns / 2)
 
 
 def unmodelled_by_paper(
     motor: AbstractLinearMotor, frequency_Hz: Float[Array, " f"], period: Float[Array, ""]
 ) -> Complex[Array, " f"]:
     """Ratio of what the paper's processing sees, z⁻¹ V(z), to what its model says, G(jω) ZOH(jω)."""
-    seen = mean_speed_response(motor, frequency_Hz, period) * _turn(-frequency_Hz * period)
+    seen = mean_speed_response(motor, frequency_Hz, period) * phasor(-frequency_Hz * period)
     return seen / paper_response(motor, frequency_Hz, period)
 
 
@@ -115,7 +115,7 @@ def to_complex(x: Float[Array, "*shape"]) -> Complex[Array, "*shape"]:
     return jax.lax.complex(x, jnp.zeros_like(x))
 
 
-def _turn(turns: Float[Array, "*shape"]) -> Complex[Array, "*shape"]:
+def phasor(turns: Float[Array, "*shape"]) -> Complex[Array, "*shape"]:
     """exp(2πj `turns`)."""
     return jax.lax.complex(jnp.cos(2 * jnp.pi * turns), jnp.sin(2 * jnp.pi * turns))
 
