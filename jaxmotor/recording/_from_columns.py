@@ -58,9 +58,7 @@ def _numbers(name: str, column: np.ndarray, source: str) -> np.ndarray:
     if bad.any():
         row = int(np.argmax(bad))
         what = f"a {'whole' if name in INTEGERS else 'finite'} number of at most {(INTEGERS | FLOATS)[name]:g}"
-        raise _row_fault(
-            source, row, f"{name} is {column[row]}, not {what}; correct it"
-        )
+        raise _row_fault(source, row, f"{name} is {column[row]}, not {what}; correct it")
     return np.ascontiguousarray(column, np.int64 if name in INTEGERS else np.float64)
 
 
