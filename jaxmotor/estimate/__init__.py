@@ -48,6 +48,7 @@ from jaxmotor.estimate._rows import effect_rows as effect_rows
 from jaxmotor.estimate._rows import linear_rows as linear_rows
 from jaxmotor.estimate._sine_data import sine_data as sine_data
 from jaxmotor.estimate._sine_fit import Sines as Sines
+from jaxmotor.estimate._sine_fit import fit_sines as fit_sines
 from jaxmotor.estimate._speed_average import SpeedAverage as SpeedAverage
 from jaxmotor.estimate._speed_average import stated as stated
 from jaxmotor.estimate._start import pole_range as pole_range

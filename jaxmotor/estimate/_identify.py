@@ -106,7 +106,7 @@ def identify(
     if judgement.average is judgement.timing is None:
         notes += agreement(sines, judgement)
     return Fit(
-        **judgement._replace(notes=(*notes, *judgement.notes))._asdict(),
+        **vars(judgement) | {"notes": (*notes, *judgement.notes)},
         method="exact",
         frequency_response=None if response is None else response.response,
         **about,
