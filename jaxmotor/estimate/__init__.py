@@ -13,7 +13,6 @@ from jaxmotor.estimate._frequency_response import FrequencyResponse as Frequency
 from jaxmotor.estimate._identify import UNSETTLED as UNSETTLED
 from jaxmotor.estimate._identify import Prepared as Prepared
 from jaxmotor.estimate._identify import agreement as agreement
-from jaxmotor.estimate._identify import as_sines as as_sines
 from jaxmotor.estimate._identify import best_guess as best_guess
 from jaxmotor.estimate._identify import enough_sines as enough_sines
 from jaxmotor.estimate._identify import identify as identify

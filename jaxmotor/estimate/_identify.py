@@ -19,8 +19,7 @@ from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._judge import EVIDENCE, Judgement, is_quiet, judge
 from jaxmotor.estimate._model import ModelRig
 from jaxmotor.estimate._paper import fit_paper
-from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
-from jaxmotor.estimate._sine_fit import Sines
+from jaxmotor.estimate._sine_data import sine_data, sine_segments
 from jaxmotor.estimate._speed_average import stated
 from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
@@ -149,12 +148,6 @@ def prepare(recording: Recording, hold_out: Which = (), few_shapes: bool = False
     return Prepared(recording, fitted, held_out, pack(recording, fitted, few_shapes=few_shapes), notes)
 
 
-def as_sines(data: SineData) -> Sines:
-    """`data` on the way into JAX."""
-    rows = (data.frequency_Hz, data.time, data.volts, data.measured, data.valid)
-    return Sines(*rows, np.asarray(data.unit), np.asarray(data.period_s), data.kind, data.window_s, data.floor_known)
-
-
 def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:
     fitted = tuple(
         index
@@ -170,11 +163,11 @@ def _response(recording: Recording, fitted: tuple[int, ...], notes: list[str]) -
     """The frequency response and the motor that fits it, where there are sines for it."""
     if not enough_sines(recording, fitted):
         return None
-    data = sine_data(recording, fitted, few_shapes=True)
-    found = {name: np.asarray(value) for name, value in response_program(as_sines(data)).items()}
-    each = (data.frequency_Hz, found["response"], found["response_covariance"], found["amplitude_V"])
-    arrays = (*(values[: len(data.segments)] for values in each), data.period_s)
-    window = data.window_s if data.kind == "speed" else None
+    sines, number = sine_data(recording, fitted, few_shapes=True), len(sine_segments(recording, fitted))
+    found = {name: np.asarray(value) for name, value in response_program(sines).items()}
+    each = (sines.frequency_Hz, found["response"], found["response_covariance"], found["amplitude_V"])
+    arrays = (*(values[:number] for values in each), sines.period)
+    window = sines.window_s if sines.kind == "speed" else None
     response = to_numpy(FrequencyResponse(*to_jax(arrays), window_s=window))
     if not found["solved"]:
         notes.append(UNSETTLED)

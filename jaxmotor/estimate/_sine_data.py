@@ -1,33 +1,15 @@
 """The sine segments of a recording as padded arrays, for the sine fits. Numpy only."""
 
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
+from jaxmotor.estimate._sine_fit import Sines
 from jaxmotor.prediction import bucket, up_by_four
 from jaxmotor.recording import Recording, Segment, at_duty
 
 LEAST_SINES, LEAST_ROWS = 8, 512
 """The fewest where few shapes are asked for; more come by factors of four."""
-
-
-class SineData(NamedTuple):
-    """Arrays (frequency, row), as `Sines` holds them, and which segments they are."""
-
-    segments: tuple[int, ...]
-    frequency_Hz: np.ndarray
-    nominal_amplitude_V: np.ndarray
-    """As the header states it [V]; NaN where it does not."""
-    time: np.ndarray
-    volts: np.ndarray
-    measured: np.ndarray
-    valid: np.ndarray
-    unit: float
-    """Of the position [rad]: a count, or 1; a speed is in units per second."""
-    period_s: float
-    kind: Literal["position", "mean_speed", "speed"]
-    window_s: float
-    floor_known: bool
 
 
 def sine_segments(recording: Recording, segments: tuple[int, ...]) -> tuple[int, ...]:
@@ -37,7 +19,7 @@ def sine_segments(recording: Recording, segments: tuple[int, ...]) -> tuple[int,
     return tuple(index for index in segments if recording.segments[index].sine_Hz is not None)
 
 
-def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool = False) -> SineData:
+def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool = False) -> Sines:
     """The sine segments among `segments`; there must be one, and an even `period_s`.
 
     With `few_shapes` there are more rows, and after the last frequency some of 1 Hz without rows.
@@ -61,11 +43,10 @@ def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool 
         valid[cells] = True
     if kind == "mean_speed":
         valid[:, 0] = False
-    amplitude, frequency = np.full(shape[0], np.nan), np.ones(shape[0])
-    amplitude[: len(runs)] = [float(run.parameters.get("amplitude_V", np.nan)) for run in runs]
+    frequency = np.ones(shape[0])
     frequency[: len(runs)] = [run.sine_Hz for run in runs]
-    known = recording.measured == "count"
-    return SineData(chosen, frequency, amplitude, time, volts, measured, valid, unit, period, kind, window, known)
+    rows = (frequency, time, volts, measured, valid)
+    return Sines(*rows, np.asarray(unit), np.asarray(period), kind, window, recording.measured == "count")
 
 
 def _kind(recording: Recording) -> tuple[Literal["position", "mean_speed", "speed"], float]:

@@ -13,7 +13,6 @@ from jaxmotor._precision import in_float64
 from jaxmotor.estimate import (
     Prepared,
     Sines,
-    as_sines,
     enough_sines,
     needs_more_than_one_frequency,
     pole_range,
@@ -60,7 +59,7 @@ def ready(recording: Recording, hold_out: Iterable[int] = ()) -> Ready:
     prepared = prepare(recording, hold_out)
     needs_more_than_one_frequency(recording, prepared.fitted)
     packed, fitted = prepared.packed, prepared.fitted
-    sines = as_sines(sine_data(recording, fitted)) if enough_sines(recording, fitted) else None
+    sines = sine_data(recording, fitted) if enough_sines(recording, fitted) else None
     return Ready(prepared, Case(_padded(packed), sines, pole_range(packed.lanes)))
 
 
