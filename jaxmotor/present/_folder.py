@@ -15,9 +15,9 @@ from jaxmotor.present._causes import causes, probabilities
 from jaxmotor.present._fit import residuals, simulation
 from jaxmotor.present._learned import learned
 from jaxmotor.present._missing import missing
-from jaxmotor.present._open_and_closed import controller, step_trials
 from jaxmotor.present._save import save
 from jaxmotor.present._sine import position_drift, sine_fit
+from jaxmotor.present._validation import controller, step_trials
 from jaxmotor.recording import Recording
 from jaxmotor.validation import Validation
 

@@ -1,6 +1,6 @@
 """Held-out steps and closed loops: predicted beside measured."""
 
-from jaxmotor.present._open_and_closed import controller, step_trials
+from jaxmotor.present._validation import controller, step_trials
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
 from jaxmotor.present.report._page import figure
