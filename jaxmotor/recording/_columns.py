@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
-from jaxmotor.recording._text import NUMBER, fault
+from jaxmotor.recording._text import NUMBER, check_names, fault
 
 MAX_TICK = 20_000_000
 INTEGERS = {"segment": 10**6, "tick": MAX_TICK, "duty": 10**12, "count": 2**62}
@@ -28,12 +28,9 @@ def parse_names(line: str, source: str, number: int) -> list[str]:
     **Raises:** `RecordingError` where one is missing, doubled, or excludes another.
     """
     names = [name.strip() for name in line.split(",")]
-    if all(NUMBER.fullmatch(name) for name in names):
-        raise fault(source, number, "numbers where the column names are expected; put a line such as segment,tick,...")
-    doubled = [name for name in names if names.count(name) > 1]
-    if "" in names or doubled:
-        what = f"column {shown(doubled[0])} stands twice" if doubled and doubled[0] else "a column has no name"
-        raise fault(source, number, f"{what}; name each column once")
+    check_names(names, source, number, "put a line such as segment,tick,...")
+    if "" in names:
+        raise fault(source, number, "a column has no name; name each column once")
     if wrong := wrong_names(names):
         raise fault(source, number, wrong)
     return names
