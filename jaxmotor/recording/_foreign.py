@@ -77,7 +77,8 @@ def import_log(
     names = list(table.cells)
     with about_log(table.source):
         table, bounds, labels = _segments(table, segment, drop_first)
-        stamps = _stamps(table, *split_time(time, names))
+        clock, unit_s = split_time(time, names)
+        stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
         _check_time(table, stamps[0], bounds)
         stated_input = split_input(input, names)
         measured = None if supply is None else _supply(table, supply, names)
@@ -133,10 +134,6 @@ def _window(value: float | int | None) -> float | None:
     if value is not None and not 0 <= value < np.inf:
         raise RecordingError(f"--speed-window is {value}; give seconds, 0 for an instantaneous speed")
     return None if value is None else float(value)
-
-
-def _stamps(table: Table, column: str, unit_s: float) -> tuple[np.ndarray, float]:
-    return table.since_first(column) * unit_s, table.resolution(column) * unit_s
 
 
 def _supply(table: Table, stated: str, names: list[str]) -> np.ndarray:

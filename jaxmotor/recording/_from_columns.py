@@ -10,7 +10,7 @@ from jaxmotor.recording._header import FORMAT, Header, parse_header
 from jaxmotor.recording._read import assemble, check_needs
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._text import limit_rows
-from jaxmotor.recording._toml import toml_lines
+from jaxmotor.recording._toml import header_lines
 
 
 def header_of(values: Mapping[str, Any], source: str) -> Header:
@@ -18,14 +18,8 @@ def header_of(values: Mapping[str, Any], source: str) -> Header:
 
     **Raises:** `RecordingError`.
     """
-    tables = values.get("segment", [])
-    lines = toml_lines({key: value for key, value in values.items() if key != "segment"})
-    if isinstance(tables, list) and all(isinstance(table, dict) for table in tables):
-        for table in tables:
-            lines += ["[[segment]]", *toml_lines(table)]
-    else:
-        lines += toml_lines({"segment": tables})
-    return parse_header([f"# jaxmotor recording {FORMAT}", *(f"# {line}" for line in lines)], source)
+    lines = (f"# {line}" for line in header_lines(values))
+    return parse_header([f"# jaxmotor recording {FORMAT}", *lines], source)
 
 
 def from_columns(header: Header, columns: Mapping[str, np.ndarray], source: str) -> Recording:
