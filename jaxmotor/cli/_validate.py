@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from jaxmotor.cli._open import opened
+from jaxmotor.cli._recordings import opened
 
 if TYPE_CHECKING:
     from jaxmotor.estimate import Model
