@@ -46,6 +46,15 @@ class MissingVolts:
         """Root mean square about the mean [V]; NaN where there is no window."""
         return float(self.volts.std()) if len(self.volts) else float("nan")
 
+    def along(self, coordinate: str) -> np.ndarray:
+        """(n,) `speed`, `voltage`, `angle` within a turn or `time` of each window; NaN where it is not known."""
+        return {
+            "speed": self.speed_rad_s,
+            "voltage": self.input_V,
+            "angle": np.mod(self.angle_rad, 2 * np.pi),
+            "time": self.time_s,
+        }[coordinate]
+
 
 def missing_volts(recording: Recording, traces: tuple[Trace, ...], gain: float, pole: float) -> MissingVolts:
     """What a motor lacks that made `traces` of `recording`, where ticks are even and none is lost in a window.
