@@ -8,7 +8,7 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import write_text
 from jaxmotor.fleet import Population, population, read_results
-from jaxmotor.present._population import MOST_BARS, drawn_motors, population_figure, sizes
+from jaxmotor.present._population import MOST_BARS, drawn_motors, population_figure
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._fleet_causes import MOST_LISTED, causes_section, diagnosed, more
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table, unbroken
@@ -80,13 +80,11 @@ def _spread(found: Population | None, why_not: str) -> Content:
     if found is None:
         return paragraph(f"Not known: {why_not}.")
     rows = []
-    for k, name in enumerate(found.names):
-        mean, error, spread = found.mean[k], found.mean_error[k], found.spread[k]
-        if found.logarithmic[k]:
-            middle = float(np.exp(mean))
-            shown, wide = with_error(middle, middle * error, ""), f"{100 * spread:.3g} %"
-        else:
-            middle, shown, wide = float(mean), with_error(1e3 * mean, 1e3 * error, ""), f"{1e3 * spread:.3g}"
+    columns = (found.names, found.sizes(found.mean), found.mean_error, found.spread, found.logarithmic)
+    for name, middle, error, spread, is_size in zip(*columns, strict=True):
+        _, factor, _ = COLUMNS[name]
+        shown = with_error(factor * middle, (middle if is_size else factor) * error, "")
+        wide = f"{100 * spread:.3g} %" if is_size else f"{factor * spread:.3g}"
         if name in found.without_spread:
             wide = "the same for all"
         rows.append([COLUMNS[name][0], number(middle, f"population.{name}", shown), wide])
@@ -99,7 +97,7 @@ def _spread(found: Population | None, why_not: str) -> Content:
 
 def _drawing(found: Population) -> Html:
     """Gain against each other parameter; pointing at a motor names it."""
-    gains = sizes(found, found.estimates)[:, 0]
+    gains = found.sizes(found.estimates)[:, 0]
     points = {
         label: [f"{gains[k]:.4g}, {found.motors[k][:60]}" for k in rows] for label, rows in drawn_motors(found).items()
     }
