@@ -76,7 +76,8 @@ def stack(cases: list[Any], size: int) -> Any:
 
 
 def _padded(packed: Packed) -> Problem:
-    """Rows that hold nothing name the piece and the cluster after the last."""
+    """The problem of `packed`, of a shape that many share: rows that hold nothing name what comes after the last piece
+    and the last cluster."""
     pieces, clusters = max(packed.pieces, LEAST_PIECES), max(packed.clusters, LEAST_CLUSTERS)
     lanes, number = packed.lanes, len(packed.lanes.volts)
     lanes = lanes._replace(
