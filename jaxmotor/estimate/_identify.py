@@ -56,13 +56,6 @@ class SineMotor(NamedTuple):
     solved: bool
 
 
-class _Response(NamedTuple):
-    """What the sines alone say."""
-
-    response: FrequencyResponse
-    motor: SineMotor
-
-
 @in_float64
 def identify(
     recording: Recording | str | os.PathLike[str],
@@ -92,8 +85,7 @@ def identify(
         return _paper(recording, packed, problem, fitted, notes, about)
     needs_more_than_one_frequency(recording, fitted)
     compile_ahead(trajectory_program, problem, to_jax(np.zeros(3)), to_jax(np.uint32(seed)))
-    response = _response(recording, fitted, notes)
-    sines = None if response is None else response.motor
+    response, sines = _response(recording, fitted, notes)
     psi = sines.psi if sines is not None and sines.solved else _data_start(problem)
     if model == "second":
         estimate = _second_order(recording, problem, fit_whole(recording, problem, psi, seed), seed, notes)
@@ -107,7 +99,7 @@ def identify(
     return Fit(
         **vars(judgement) | {"notes": (*notes, *judgement.notes)},
         method="exact",
-        frequency_response=None if response is None else response.response,
+        frequency_response=response,
         **about,
         **scores(packed, np.asarray(estimate.solution.residual)),
     )
@@ -159,10 +151,12 @@ def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:
     return fitted
 
 
-def _response(recording: Recording, fitted: tuple[int, ...], notes: list[str]) -> _Response | None:
+def _response(
+    recording: Recording, fitted: tuple[int, ...], notes: list[str]
+) -> tuple[FrequencyResponse, SineMotor] | tuple[None, None]:
     """The frequency response and the motor that fits it, where there are sines for it."""
     if not enough_sines(recording, fitted):
-        return None
+        return None, None
     sines, number = sine_data(recording, fitted, few_shapes=True), len(sine_segments(recording, fitted))
     found = {name: np.asarray(value) for name, value in response_program(sines).items()}
     each = (sines.frequency_Hz, found["response"], found["response_covariance"], found["amplitude_V"])
@@ -171,7 +165,7 @@ def _response(recording: Recording, fitted: tuple[int, ...], notes: list[str]) -
     response = to_numpy(FrequencyResponse(*to_jax(arrays), window_s=window))
     if not found["solved"]:
         notes.append(UNSETTLED)
-    return _Response(response, sine_motor(found))
+    return response, sine_motor(found)
 
 
 def enough_sines(recording: Recording, fitted: tuple[int, ...]) -> bool:
