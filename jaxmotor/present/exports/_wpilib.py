@@ -25,7 +25,7 @@ def to_wpilib(model: AnyModel, wheel_radius_m: float | None = None) -> str:
     **Raises:** `JaxmotorError` where the radius is not positive, or the gain is negative (wires are swapped).
     """
     model = model_of(model)
-    check_positive("wheel_radius_m", wheel_radius_m)
+    check_positive("wheel radius", wheel_radius_m)
     law = feed_forward(model.whole)
     gain, pole = float(law.gain), float(law.pole)
     if gain < 0:
