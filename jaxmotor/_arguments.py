@@ -1,5 +1,6 @@
 """Arguments as people give them: a path in the place of what it holds, a name out of a few; anything else is told."""
 
+import math
 import os
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
@@ -28,7 +29,13 @@ def check_choice(name: str, given: Any, choices: Iterable[str]) -> None:
         raise JaxmotorError(f"{name} is {shown(given)}, which is not known; it is one of {one_of(choices, given)}")
 
 
-def check_whole(name: str, given: Any, least: int = 0) -> None:
-    """**Raises:** `JaxmotorError` where `given` is no whole number from `least` to 2³² - 1."""
-    if isinstance(given, bool) or not isinstance(given, int | np.integer) or not least <= given < 2**32:
-        raise JaxmotorError(f"{name} is {shown(given)}; give a whole number, {least} or more")
+def check_whole(name: str, given: Any) -> None:
+    """**Raises:** `JaxmotorError` where `given` is no whole number from 0 to 2³² - 1."""
+    if isinstance(given, bool) or not isinstance(given, int | np.integer) or not 0 <= given < 2**32:
+        raise JaxmotorError(f"{name} is {shown(given)}; give a whole number, 0 or more")
+
+
+def check_positive(name: str, given: float | None, remedy: str = "") -> None:
+    """**Raises:** `JaxmotorError`, with a `remedy`, where `given` is a number that is not positive, or not finite."""
+    if given is not None and not 0 < given < math.inf:
+        raise JaxmotorError(f"{name} = {given:g} is not positive{remedy}")

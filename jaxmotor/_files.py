@@ -51,10 +51,11 @@ def read_bytes(path: Path, limit: int, kind: str, remedy: str, error: type[Jaxmo
     return data
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write `text` to `path` as UTF-8, whole or not at all."""
+def write_text(path: Path, text: str) -> Path:
+    """Write `text` to `path` as UTF-8, whole or not at all; returns `path`."""
     with replacing(path) as part:
         part.write_text(text, encoding="utf-8", newline="\n")
+    return path
 
 
 def _umask() -> int:

@@ -8,7 +8,7 @@ def with_error(value: float, error: float, unit: str) -> str:
     half = 1.96 * error
     if not math.isfinite(half) or half <= 0:
         return f"{value:.6g} {unit}".rstrip()
-    digits = max(0, 1 - math.floor(math.log10(half)))
+    digits = _digits(half)
     if digits > 12:
         return f"{value:.6g} ± {half:.1e} {unit}".rstrip()
     return f"{value:.{digits}f} ± {half:.{digits}f} {unit}".rstrip()
@@ -19,7 +19,7 @@ def as_known(value: float, error: float, unit: str) -> str:
     half = 1.96 * error
     if not math.isfinite(half) or half <= 0 or half < 1e-12 * abs(value):
         return f"{value:.6g} {unit}".rstrip()
-    return f"{value:.{max(0, 1 - math.floor(math.log10(half)))}f} {unit}".rstrip()
+    return f"{value:.{_digits(half)}f} {unit}".rstrip()
 
 
 def between(value: float, error: float, unit: str) -> str:
@@ -29,8 +29,13 @@ def between(value: float, error: float, unit: str) -> str:
         return "not known"
     if half <= 0 or half < 1e-12 * abs(value):
         return f"{value:.6g} {unit}".rstrip()
-    digits = max(0, 1 - math.floor(math.log10(half)))
+    digits = _digits(half)
     return f"{value - half:.{digits}f} to {value + half:.{digits}f} {unit}".rstrip()
+
+
+def _digits(half: float) -> int:
+    """Behind the point, of which an interval of this half width shows two."""
+    return max(0, 1 - math.floor(math.log10(half)))
 
 
 def bracket(interval: tuple[float, float, float], digits: int = 3) -> str:

@@ -87,7 +87,9 @@ def _segment(run: Run, piece: Piece, start_s: float, at_rest: bool) -> Segment:
         parameters["interrupted"] = True
         turns = len(piece) * run.rig.period_s * float(parameters.get("frequency_Hz", 0.0))
         kind = "other" if kind == "sine" and turns < 2 else kind
-    tick, duty, count, supply = (_integers(c) for c in (piece.tick, piece.duty, piece.count, piece.supply_mV))
+    tick, duty, count, supply = (
+        np.array(c, dtype=np.int64) for c in (piece.tick, piece.duty, piece.count, piece.supply_mV)
+    )
     return Segment(
         kind,
         start_s,
@@ -100,10 +102,6 @@ def _segment(run: Run, piece: Piece, start_s: float, at_rest: bool) -> Segment:
         count=count,
         supply_V=supply / 1000,
     )
-
-
-def _integers(column) -> np.ndarray:
-    return np.array(column, dtype=np.int64)
 
 
 def _at_rest(before: Piece | None, piece: Piece, start: int) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -128,12 +127,10 @@ def _population(summary: Summary, friction: bool, figure: Path | None) -> list[s
     except JaxmotorError as error:
         return [f"  no population: {error}"]
     lines = ["  spread between motors (without the errors of the estimates):"]
-    for k, name in enumerate(names):
-        if found.logarithmic[k]:
-            middle, spread = math.exp(found.mean[k]), f"{100 * found.spread[k]:.3g} %"
-        else:
-            middle, spread = found.mean[k], f"{found.spread[k]:.3g}"
-        told = f"standard deviation {spread}"
+    for name, middle, spread, is_size in zip(
+        names, found.sizes(found.mean), found.spread, found.logarithmic, strict=True
+    ):
+        told = f"standard deviation {f'{100 * spread:.3g} %' if is_size else f'{spread:.3g}'}"
         if name in found.without_spread:
             told = "the same for all: no spread, correlation not defined"
         lines.append(f"    {name:<20s} {middle:.5g}, {told}")

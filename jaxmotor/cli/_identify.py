@@ -6,9 +6,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from jaxmotor.cli._each import for_each
 from jaxmotor.cli._folder import check_names, make_folder
-from jaxmotor.cli._open import opened
+from jaxmotor.cli._recordings import for_each, opened
 
 Method = Literal["exact", "paper"]
 Order = Literal["first", "second"]

@@ -100,7 +100,9 @@ def _check_usage(
 ) -> None:
     if (steady["hold_s"] is None) != (steady["period_s"] is None):
         raise typer.BadParameter("--steady and --period belong together")
-    if steady["hold_s"] is not None and (source == "sysid" or not _is_curve(given)):
+    if steady["hold_s"] is not None and (
+        source == "sysid" or not {"input", "speed"} <= given <= {*CURVE, "input", "speed"}
+    ):
         raise typer.BadParameter("--steady takes --input COL:UNIT and --speed COL:UNIT, and no other column")
     if steady["hold_s"] is not None:
         return
@@ -117,10 +119,6 @@ def _check_usage(
         raise typer.BadParameter(
             "state the shaft with exactly one of --speed COL:UNIT, --angle COL:UNIT, --count COL, --pulses COL"
         )
-
-
-def _is_curve(given: set[str]) -> bool:
-    return {"input", "speed"} <= given <= {*CURVE, "input", "speed"}
 
 
 def _flag(key: str) -> str:

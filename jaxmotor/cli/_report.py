@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from jaxmotor._sentences import printable
-from jaxmotor.cli._open import opened
+from jaxmotor.cli._recordings import opened
 
 
 def report_command(

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from jaxmotor.cli._open import opened
+from jaxmotor.cli._recordings import opened
 
 if TYPE_CHECKING:
     from jaxmotor.estimate import Model
-    from jaxmotor.validation import ClosedLoop, Comparison, OpenLoop, Score, StepTrials, Validation
+    from jaxmotor.validation import ClosedLoop, OpenLoop, Score, StepTrials, Validation
 
 MOST_SEGMENTS = 20
 """Segments of which the open-loop scores are printed one by one."""
@@ -116,32 +116,17 @@ def _steps(steps: StepTrials) -> list[str]:
         "",
         f"  step to {steps.amplitude_V:.3g} V, {trials} (segments {ranges(steps.segments)})",
         f"    model inside the measured band in {steps.inside_percent:.1f} % of {len(steps.time_s)} rows",
-        *_table(
-            [
-                ("rise time [ms]", steps.rise_time_s, 1e3),
-                ("final speed [rad/s]", steps.final_speed_rad_s, 1.0),
-            ]
-        ),
+        *_table(steps),
     ]
 
 
 def _closed_loop(loop: ClosedLoop, whose: str) -> list[str]:
-    integral = f" + {loop.integral_gain_V_rad:.3g} V/rad" if loop.kind == "PI" else ""
-    gains = f"{loop.kind} {loop.gain_V_s_rad:.3g} V s/rad{integral}"
     return [
         "",
-        f"  closed loop, segment {loop.segment}: {gains}, reference {loop.reference_rad_s:.4g} rad/s",
+        f"  closed loop, segment {loop.segment}: {loop.gains}, reference {loop.reference_rad_s:.4g} rad/s",
         f"    measured inside the predicted band: speed in {loop.speed_inside_percent:.1f} %, voltage in "
         f"{loop.volts_inside_percent:.1f} % of {len(loop.time_s)} ticks",
-        *_table(
-            [
-                ("rise time [ms]", loop.rise_time_s, 1e3),
-                ("overshoot [%]", loop.overshoot_percent, 1.0),
-                ("steady speed [rad/s]", loop.steady_speed_rad_s, 1.0),
-                ("steady error [rad/s]", loop.steady_error_rad_s, 1.0),
-                ("saturated [% of ticks]", loop.saturated_percent, 1.0),
-            ]
-        ),
+        *_table(loop),
         f"    theory (eq. 21) gives {_theory(loop, whose)}",
     ]
 
@@ -156,12 +141,12 @@ def _theory(loop: ClosedLoop, whose: str) -> str:
     return f"a steady error{whose} of {with_bracket(theory)} rad/s{beside}"
 
 
-def _table(rows: list[tuple[str, Comparison, float]]) -> list[str]:
-    from jaxmotor.words import with_bracket
+def _table(found: StepTrials | ClosedLoop) -> list[str]:
+    from jaxmotor.words import compared, with_bracket
 
     lines = [f"    {'':24}{'measured':28}predicted"]
-    for name, comparison, factor in rows:
+    for name, unit, comparison, factor in compared(found):
         mark = {True: "", False: "  outside", None: ""}[comparison.inside]
         measured, predicted = (with_bracket(one, factor) for one in (comparison.measured, comparison.predicted))
-        lines.append(f"    {name:24}{measured:28}{predicted}{mark}")
+        lines.append(f"    {f'{name} [{unit}]':24}{measured:28}{predicted}{mark}")
     return lines

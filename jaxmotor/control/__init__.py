@@ -23,9 +23,11 @@ from jaxmotor.control._rehearse import simulate_plan as simulate_plan
 from jaxmotor.control._sampled import LINEAR as LINEAR
 from jaxmotor.control._sampled import Sampled as Sampled
 from jaxmotor.control._sampled import delay_of as delay_of
+from jaxmotor.control._sampled import linear_numbers as linear_numbers
 from jaxmotor.control._sampled import linear_of as linear_of
 from jaxmotor.control._sampled import parameter_of as parameter_of
 from jaxmotor.control._sampled import sampled_motor as sampled_motor
+from jaxmotor.control._sampled import transfer_function as transfer_function
 from jaxmotor.control._speed_design import SpeedDesign as SpeedDesign
 from jaxmotor.control._speed_design import design_speed_loop as design_speed_loop
 from jaxmotor.control._speed_design import slow_pole as slow_pole

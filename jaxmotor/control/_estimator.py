@@ -19,12 +19,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from jaxmotor._arguments import check_positive
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor.control._feed_forward import FeedForward, feed_forward
 from jaxmotor.control._hardware import Hardware
-from jaxmotor.control._sampled import delay_of, linear_of
-from jaxmotor.motor import Motor, hold_with_delay
+from jaxmotor.control._sampled import late_holds
+from jaxmotor.motor import Motor
 
 DISTURBANCE = 0.02
 """Share of the supply by which the missing volts wander within the motor's time constant, by default."""
@@ -91,21 +92,17 @@ def design_estimator(motor: Motor, hardware: Hardware, *, disturbance_V: float |
     **Raises:** `JaxmotorError` where `disturbance_V` is not positive.
     """
     wander = DISTURBANCE * hardware.supply_V if disturbance_V is None else disturbance_V
-    if not (math.isfinite(wander) and wander > 0):
-        raise JaxmotorError(f"disturbance_V = {wander:g} is not positive; 2 % of the supply is usual")
-    linear = linear_of(motor)
-    ticks = delay_of(motor, hardware) / hardware.period_s
-    late = math.floor(ticks + 1e-9)
-    old, new = to_numpy(hold_with_delay(to_jax(linear), to_jax(hardware.period_s), to_jax(max(ticks - late, 0.0))))
+    check_positive("disturbance_V", wander, "; 2 % of the supply is usual")
+    late, old, new = late_holds(motor, hardware)
     order = len(new.drive)
     drives = [np.concatenate([hold.drive, [hold.turn_drive, 0.0]]) for hold in (old, new)]
     a = np.eye(order + 2)
     a[:order, :order], a[order, :order] = new.transition, new.turn
-    a[:, -1] += drives[0] + drives[1]
-    per_tick = wander * math.sqrt(hardware.period_s * float(linear.pole))
-    noise = _process_noise(drives[0] + drives[1], per_tick, hardware)
-    gain, covariance = _steady(a, noise, hardware.count_rad**2 / 12)
     whole = drives[0] + drives[1]
+    a[:, -1] += whole
+    per_tick = wander * math.sqrt(hardware.period_s * float(motor.linear.pole))
+    noise = _process_noise(whole, per_tick, hardware)
+    gain, covariance = _steady(a, noise, hardware.count_rad**2 / 12)
     return to_numpy(
         Estimator(
             transition=jnp.asarray(a),

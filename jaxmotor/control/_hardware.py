@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+from jaxmotor._arguments import check_positive
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate import AnyModel, ModelRig, model_of
 
@@ -30,9 +31,7 @@ class Hardware:
 
     def __post_init__(self) -> None:
         for name in ("period_s", "counts_per_rev", "supply_V"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise JaxmotorError(f"{name} = {value:g} is not positive; state it as it is on the rig")
+            check_positive(name, getattr(self, name), "; state it as it is on the rig")
         if self.period_s > LONGEST_PERIOD_S:
             raise JaxmotorError(
                 f"period_s = {self.period_s:g} is longer than {LONGEST_PERIOD_S:g} s; is it in seconds?"

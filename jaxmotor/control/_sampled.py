@@ -17,7 +17,7 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor.control._hardware import Hardware
-from jaxmotor.motor import AbstractLinearMotor, Motor, SecondOrder, hold_with_delay, linear_motor
+from jaxmotor.motor import AbstractLinearMotor, Hold, Motor, SecondOrder, hold_switched, linear_motor
 from jaxmotor.motor.effects import AbstractEffect
 
 LINEAR = {"electrical_pole", "transport_delay", "sensor_lag"}
@@ -46,12 +46,23 @@ class Sampled(NamedTuple):
         return self.at(1.0 + 0j).real
 
 
-def linear_of(motor: Motor) -> AbstractLinearMotor:
-    """The linear motor, with the effect `electrical_pole` where the motor has it."""
+def linear_numbers(motor: Motor) -> tuple[float, float, float]:
+    """Gain [rad/s/V], pole [rad/s] and L/R [s], 0 where there is none, with what `electrical_pole` adds to it."""
     lag = parameter_of(motor, "electrical_pole", "time_constant_s")
     own = float(motor.linear.electrical_time_constant) if isinstance(motor.linear, SecondOrder) else 0.0
-    values = [float(motor.linear.gain), float(motor.linear.pole)]
-    return linear_motor([*values, own + lag] if own + lag > 0 else values)
+    return float(motor.linear.gain), float(motor.linear.pole), own + lag
+
+
+def linear_of(motor: Motor) -> AbstractLinearMotor:
+    """The linear motor of these numbers."""
+    gain, pole, lag = linear_numbers(motor)
+    return linear_motor([gain, pole, lag] if lag > 0 else [gain, pole])
+
+
+def transfer_function(motor: Motor) -> tuple[list[float], list[float]]:
+    """Numerator and denominator of its G(s) [rad/s/V], the highest power first."""
+    gain, pole, lag = linear_numbers(motor)
+    return [gain * pole], [*([lag] if lag else []), 1.0, pole]
 
 
 def delay_of(motor: Motor, hardware: Hardware) -> float:
@@ -60,18 +71,24 @@ def delay_of(motor: Motor, hardware: Hardware) -> float:
     return hardware.delay_s + late
 
 
+def late_holds(motor: Motor, hardware: Hardware) -> tuple[int, Hold, Hold]:
+    """Whole ticks that voltages are late, and what the old and the new one do to the linear part in a tick."""
+    ticks = delay_of(motor, hardware) / hardware.period_s
+    whole = math.floor(ticks + 1e-9)
+    part, period = max(ticks - whole, 0.0) * hardware.period_s, hardware.period_s
+    return whole, *to_numpy(hold_switched(*to_jax((linear_of(motor), part, period))))
+
+
 @in_float64
 def sampled_motor(motor: Motor, hardware: Hardware) -> Sampled:
     """The linear part of `motor` with its delays, sampled as `hardware` does.
 
     **Raises:** `JaxmotorError` where the delay is longer than 32 ticks.
     """
-    ticks = delay_of(motor, hardware) / hardware.period_s
-    whole = math.floor(ticks + 1e-9)
+    whole, old, new = late_holds(motor, hardware)
     if whole > LONGEST_DELAY:
+        ticks = delay_of(motor, hardware) / hardware.period_s
         raise JaxmotorError(f"the motor's delay is {ticks:.3g} ticks; a loop needs at most {LONGEST_DELAY}")
-    part = max(ticks - whole, 0.0)
-    old, new = to_numpy(hold_with_delay(to_jax(linear_of(motor)), to_jax(hardware.period_s), to_jax(part)))
     order = len(new.drive)
     # s = (x, u[k-1], ..., u[k-1-whole], v)
     size = order + whole + 2

@@ -20,7 +20,7 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.control._closed import Closed, largest
 from jaxmotor.control._hardware import Hardware
-from jaxmotor.control._sampled import Sampled, linear_of, sampled_motor
+from jaxmotor.control._sampled import Sampled, linear_numbers, sampled_motor
 from jaxmotor.control._specifications import (
     OVERSHOOT_PERCENT,
     RIPPLE,
@@ -138,9 +138,7 @@ def speed_loop(plant: Sampled, gain: float, zero: float | None, feeds_forward: b
 
 def slow_pole(motor: Motor) -> float:
     """The slowest pole of the motor [rad/s]; of a swinging pair, its real part."""
-    linear = linear_of(motor)
-    pole = float(linear.pole)
-    lag = float(getattr(linear, "electrical_time_constant", 0.0))
+    _, pole, lag = linear_numbers(motor)
     if lag == 0:
         return pole
     root = 1 - 4 * pole * lag

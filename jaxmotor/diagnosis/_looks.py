@@ -7,7 +7,6 @@ beyond chance where it explains more than all but `LEVEL` of the shuffles, divid
 """
 
 import dataclasses
-from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -15,6 +14,12 @@ import numpy as np
 from jaxmotor.diagnosis._missing import MissingVolts
 
 Coordinate = Literal["speed", "angle", "time", "voltage", "frequency"]
+BINNED: tuple[tuple[Coordinate, str], ...] = (
+    ("speed", "a torque that depends on the speed"),
+    ("voltage", "a drive that is not in proportion to the voltage"),
+    ("time", "something that changes in the course of the recording"),
+)
+"""Coordinates along which means are taken, and what a dependence on them looks like."""
 BINS = 12
 HARMONICS = 8
 SHUFFLES = 500
@@ -64,12 +69,13 @@ def looks(missing: MissingVolts, key: int = 0) -> tuple[Look, ...]:
     """
     if len(missing.volts) < 40 or np.ptp(missing.volts) == 0:
         return ()
-    makers: list[Callable[[MissingVolts], _View | None]] = [_speed, _voltage, _time, _step, _angle, _periodic, _rates]
-    views = [view for view in (maker(missing) for maker in makers) if view is not None]
+    found = [_binned(coordinate, text, missing) for coordinate, text in BINNED]
+    found += [maker(missing) for maker in (_step, _angle, _periodic, _rates)]
+    views = [view for view in found if view is not None]
     centred = missing.volts - missing.volts.mean()
     shuffled = _shuffles(centred, key)
-    found = [_judged(view, centred, shuffled, len(views)) for view in views]
-    return tuple(sorted(found, key=lambda look: -look.share))
+    every = [_judged(view, centred, shuffled, len(views)) for view in views]
+    return tuple(sorted(every, key=lambda look: -look.share))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -129,7 +135,8 @@ def _orthonormal(columns: np.ndarray) -> np.ndarray:
     return basis[:, weights > 1e-9 * max(weights[0], 1e-300)]
 
 
-def _binned(coordinate: Coordinate, value: np.ndarray, volts: np.ndarray, text: str) -> _View | None:
+def _binned(coordinate: Coordinate, text: str, missing: MissingVolts) -> _View | None:
+    value, volts = missing.along(coordinate), missing.volts
     edges = np.unique(np.quantile(value, np.linspace(0, 1, BINS + 1)[1:-1]))
     bins = np.searchsorted(edges, value)
     used = np.unique(bins)
@@ -138,18 +145,6 @@ def _binned(coordinate: Coordinate, value: np.ndarray, volts: np.ndarray, text: 
     members = (bins[:, None] == used[None, :]).astype(float)
     counts = members.sum(0)
     return _View(coordinate, text, _orthonormal(members), members.T @ value / counts, members.T @ volts / counts)
-
-
-def _speed(missing: MissingVolts) -> _View | None:
-    return _binned("speed", missing.speed_rad_s, missing.volts, "a torque that depends on the speed")
-
-
-def _voltage(missing: MissingVolts) -> _View | None:
-    return _binned("voltage", missing.input_V, missing.volts, "a drive that is not in proportion to the voltage")
-
-
-def _time(missing: MissingVolts) -> _View | None:
-    return _binned("time", missing.time_s, missing.volts, "something that changes in the course of the recording")
 
 
 def _step(missing: MissingVolts) -> _View | None:

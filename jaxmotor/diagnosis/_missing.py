@@ -14,7 +14,8 @@ import dataclasses
 import numpy as np
 
 from jaxmotor.estimate import Trace
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.prediction import shaft_angles
+from jaxmotor.recording import Recording
 
 WINDOW_S = 0.06
 SHORTEST = 6
@@ -45,23 +46,35 @@ class MissingVolts:
         """Root mean square about the mean [V]; NaN where there is no window."""
         return float(self.volts.std()) if len(self.volts) else float("nan")
 
+    def along(self, coordinate: str) -> np.ndarray:
+        """(n,) `speed`, `voltage`, `angle` within a turn or `time` of each window; NaN where it is not known."""
+        return {
+            "speed": self.speed_rad_s,
+            "voltage": self.input_V,
+            "angle": np.mod(self.angle_rad, 2 * np.pi),
+            "time": self.time_s,
+        }[coordinate]
+
 
 def missing_volts(recording: Recording, traces: tuple[Trace, ...], gain: float, pole: float) -> MissingVolts:
     """What a motor lacks that made `traces` of `recording`, where ticks are even and none is lost in a window.
 
     `gain` [rad/s/V] and `pole` [rad/s] are those of its linear part.
     """
-    parts = [_windows(recording, trace, gain, pole) for trace in traces]
+    angles = shaft_angles(recording) or [None] * len(recording.segments)
+    parts = [_windows(recording, trace, angles[trace.segment], gain, pole) for trace in traces]
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     return MissingVolts(*columns, noise_V=_noise(recording, gain, pole))
 
 
-def _windows(recording: Recording, trace: Trace, gain: float, pole: float) -> tuple[np.ndarray, ...]:
+def _windows(
+    recording: Recording, trace: Trace, angle: np.ndarray | None, gain: float, pole: float
+) -> tuple[np.ndarray, ...]:
     period, segment = recording.period_s, recording.segments[trace.segment]
     if period is None:
         return tuple(np.zeros((6, 0)))
     size, edge = _sizes(period)
-    error = np.concatenate([[0.0], np.cumsum(trace.measured_rad_s - trace.simulated_rad_s)]) * period
+    error = np.concatenate([[0.0], np.cumsum(trace.residual_rad_s)]) * period
     row = np.rint(trace.time_s / period).astype(int)
     starts = np.arange(edge, len(error) - edge - size, size)
     # A window in which ticks are missing has no mean.
@@ -70,14 +83,15 @@ def _windows(recording: Recording, trace: Trace, gain: float, pole: float) -> tu
     slope = (error[edge:] - error[:-edge]) / (edge * period)
     rate = (slope[ends - edge // 2] - slope[starts - edge // 2]) / (pole * size * period)
     volts = (rate + (error[ends] - error[starts]) / (size * period)) / gain
-    applied = np.concatenate([[0.0], np.cumsum(segment.volts[_rows(segment, trace, period)])])
+    rows = np.searchsorted(segment.time_s, trace.time_s - 0.25 * period)
+    applied = np.concatenate([[0.0], np.cumsum(segment.volts[rows])])
     speed = np.concatenate([[0.0], np.cumsum(trace.measured_rad_s)])
     return (
         volts,
         segment.start_s + trace.time_s[starts + size // 2],
         (speed[ends] - speed[starts]) / size,
         (applied[ends] - applied[starts]) / size,
-        _angle(recording, segment, trace, period)[starts + size // 2],
+        np.full(len(starts), np.nan) if angle is None else angle[rows[starts + size // 2]],
         np.full(len(starts), trace.segment),
     )
 
@@ -88,26 +102,12 @@ def _sizes(period: float) -> tuple[int, int]:
     return size, 2 * max(1, size // 4)
 
 
-def _rows(segment: Segment, trace: Trace, period: float) -> np.ndarray:
-    """Rows of `segment` that the elements of `trace` begin at."""
-    return np.searchsorted(segment.time_s, trace.time_s - 0.25 * period)
-
-
-def _angle(recording: Recording, segment: Segment, trace: Trace, period: float) -> np.ndarray:
-    rows = _rows(segment, trace, period)
-    if segment.count is not None and recording.counts_per_rev and not recording.count_resets:
-        return segment.count[rows] * (2 * np.pi / recording.counts_per_rev)
-    if segment.angle_rad is not None and not recording.count_resets:
-        return segment.angle_rad[rows]
-    return np.full(len(rows), np.nan)
-
-
 def _noise(recording: Recording, gain: float, pole: float) -> float:
     """From four independent rounding errors of variance 1/12 count² in the slopes, and two in the ends."""
-    if recording.period_s is None or recording.counts_per_rev is None or recording.measured != "count":
+    if recording.period_s is None or recording.measured != "count":
         return float("nan")
     size, edge = _sizes(recording.period_s)
-    count = 2 * np.pi / recording.counts_per_rev / np.sqrt(12)
+    count = recording.count_rad / np.sqrt(12)
     length = size * recording.period_s
     slope = 2 / (edge * recording.period_s * pole * length)
     return float(count * np.hypot(slope, np.sqrt(2) / length) / abs(gain))

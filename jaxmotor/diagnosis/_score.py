@@ -72,7 +72,7 @@ def speed_intervals(traces: tuple[Trace, ...], seed: int) -> tuple[tuple[float, 
     off, size, count = np.zeros((3, max((trace.segment for trace in traces), default=-1) + 1))
     speeds = np.concatenate([trace.measured_rad_s for trace in traces]) if traces else np.zeros(1)
     for trace in traces:
-        off[trace.segment] += np.sum((trace.measured_rad_s - trace.simulated_rad_s) ** 2)
+        off[trace.segment] += np.sum(trace.residual_rad_s**2)
         size[trace.segment] += np.sum((trace.measured_rad_s - speeds.mean()) ** 2)
         count[trace.segment] += len(trace.measured_rad_s)
     used = count > 0

@@ -151,12 +151,9 @@ def _of_size(columns_of: EffectColumns, size: np.ndarray) -> AbstractEffect:
 
 def _turned(start: AbstractEffect, size: np.ndarray) -> AbstractEffect:
     """`start`, of phase 0, with the amplitude and phase of a sum of it and its like a quarter turn on."""
-    values = {name: float(getattr(start, name)) for name in parameters(start)}
-    for name, about in parameters(start).items():
-        if about["kind"] == "amplitude":
-            values[name] *= float(np.hypot(*size))
-    values["phase_rad"] = float(np.arctan2(size[1], size[0]))
-    return type(start).of(**values)
+    about, times = parameters(start).items(), float(np.hypot(*size))
+    grown = {name: times * float(getattr(start, name)) for name, its in about if its["kind"] == "amplitude"}
+    return start.but(**grown, phase_rad=float(np.arctan2(size[1], size[0])))
 
 
 class _Own(NamedTuple):

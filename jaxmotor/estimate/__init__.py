@@ -1,5 +1,8 @@
 """From recordings to motors: sine fit, response fit, trajectory fit, and how sure each is."""
 
+from jaxmotor.estimate._compiled import response_program as response_program
+from jaxmotor.estimate._compiled import start_program as start_program
+from jaxmotor.estimate._compiled import trajectory_program as trajectory_program
 from jaxmotor.estimate._electrical import electrical_check as electrical_check
 from jaxmotor.estimate._estimate import Estimate as Estimate
 from jaxmotor.estimate._estimate import estimate_of as estimate_of
@@ -42,17 +45,13 @@ from jaxmotor.estimate._open_hypotheses import open_to_json as open_to_json
 from jaxmotor.estimate._response_fit import fit_response as fit_response
 from jaxmotor.estimate._rows import effect_rows as effect_rows
 from jaxmotor.estimate._rows import linear_rows as linear_rows
-from jaxmotor.estimate._sine_data import SineData as SineData
 from jaxmotor.estimate._sine_data import sine_data as sine_data
 from jaxmotor.estimate._sine_fit import Sines as Sines
-from jaxmotor.estimate._sine_fit import fit_phasors as fit_phasors
 from jaxmotor.estimate._sine_fit import fit_sines as fit_sines
-from jaxmotor.estimate._sine_fit import linear_start as linear_start
 from jaxmotor.estimate._speed_average import UNSURE as UNSURE
 from jaxmotor.estimate._speed_average import SpeedAverage as SpeedAverage
 from jaxmotor.estimate._speed_average import stated as stated
 from jaxmotor.estimate._speed_average import with_window as with_window
-from jaxmotor.estimate._start import data_start as data_start
 from jaxmotor.estimate._start import pole_range as pole_range
 from jaxmotor.estimate._timing import MOST_ROWS as MOST_ROWS
 from jaxmotor.estimate._timing import Timing as Timing
@@ -61,10 +60,10 @@ from jaxmotor.estimate._traces import chi2_per_sample as chi2_per_sample
 from jaxmotor.estimate._traces import fit_percent as fit_percent
 from jaxmotor.estimate._traces import floors as floors
 from jaxmotor.estimate._traces import traces_of as traces_of
-from jaxmotor.estimate._trajectory import solve as solve
+from jaxmotor.estimate._trajectory import PROCESS_RANGE as PROCESS_RANGE
+from jaxmotor.estimate._trajectory import negative_log_likelihood as negative_log_likelihood
 from jaxmotor.estimate._trajectory import solve_normal as solve_normal
 from jaxmotor.estimate._trajectory import whitened as whitened
 from jaxmotor.estimate._uncertainty import HIDDEN as HIDDEN
 from jaxmotor.estimate._uncertainty import drives as drives
-from jaxmotor.estimate._uncertainty import uncertainty as uncertainty
 from jaxmotor.prediction import Noise as Noise

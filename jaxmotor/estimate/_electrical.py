@@ -27,6 +27,6 @@ def electrical_check(recording: Recording, resistance_ohm: float, inductance_H: 
 def electrical_share(recording: Recording, tau_s: float) -> tuple[float, float]:
     """The recording's highest test frequency [Hz], 50 Hz where there are no sines, and 2πf τ there [1]."""
     sines = sine_segments(recording, tuple(range(len(recording.segments))))
-    frequencies = [float(recording.segments[index].parameters["frequency_Hz"]) for index in sines]
+    frequencies = [recording.segments[index].sine_Hz or 0.0 for index in sines]
     frequency = max(frequencies, default=PAPER_TOP_HZ)
     return frequency, 2 * math.pi * frequency * tau_s

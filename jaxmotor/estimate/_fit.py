@@ -9,12 +9,10 @@ import numpy as np
 
 from jaxmotor._shown import Row, Shown
 from jaxmotor.estimate._frequency_response import FrequencyResponse
+from jaxmotor.estimate._judge import Judgement
 from jaxmotor.estimate._model import UNKNOWN_RIG, Model, ModelRig
-from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, allowing
+from jaxmotor.estimate._open_hypotheses import allowing
 from jaxmotor.estimate._rows import LINEAR, linear_rows
-from jaxmotor.estimate._speed_average import SpeedAverage
-from jaxmotor.estimate._timing import Timing
-from jaxmotor.motor import AbstractLinearMotor
 from jaxmotor.prediction import Noise
 
 
@@ -29,19 +27,16 @@ class Trace:
     measured_rad_s: np.ndarray
     simulated_rad_s: np.ndarray
 
+    @property
+    def residual_rad_s(self) -> np.ndarray:
+        """Measured minus simulated."""
+        return self.measured_rad_s - self.simulated_rad_s
 
-@dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class Fit(Shown):
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Fit(Shown, Judgement):
     """A linear motor identified from one recording."""
 
-    motor: AbstractLinearMotor
-    standard_error: AbstractLinearMotor
-    """One for each parameter, in its unit; 1.96 of them each way hold the truth 95 times of 100."""
-    covariance: np.ndarray
-    """(p, p) of (gain [rad/s/V], pole [rad/s], electrical time constant [s] if there is one)."""
-    offset_V: float
-    """Constant voltage error that was fitted along [V]; 0 where the method has none."""
-    offset_standard_error_V: float
     method: Literal["exact", "paper"]
     source: str
     """The recording's file."""
@@ -64,16 +59,6 @@ class Fit(Shown):
     """Of the fitted segments."""
     frequency_response: FrequencyResponse | None
     """Where there are sines of two frequencies or more."""
-    notes: tuple[str, ...]
-    """Sentences that a user should read."""
-    open_hypotheses: tuple[OpenHypothesis, ...] = ()
-    """Laws that the recording can neither show nor exclude."""
-    allowed: Allowed | None = None
-    """Intervals of gain and pole that allow for hidden laws; None where the method does not know."""
-    timing: Timing | None = None
-    """The log's own, where the header does not state it and the data show one."""
-    average: SpeedAverage | None = None
-    """The same of its speeds."""
     rig: ModelRig = UNKNOWN_RIG
     """What the recording states of its encoder and supply."""
 

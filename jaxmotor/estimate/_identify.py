@@ -19,8 +19,7 @@ from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._judge import EVIDENCE, Judgement, is_quiet, judge
 from jaxmotor.estimate._model import ModelRig
 from jaxmotor.estimate._paper import fit_paper
-from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
-from jaxmotor.estimate._sine_fit import Sines
+from jaxmotor.estimate._sine_data import sine_data, sine_segments
 from jaxmotor.estimate._speed_average import stated
 from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
@@ -57,13 +56,6 @@ class SineMotor(NamedTuple):
     solved: bool
 
 
-class _Response(NamedTuple):
-    """What the sines alone say."""
-
-    response: FrequencyResponse
-    motor: SineMotor
-
-
 @in_float64
 def identify(
     recording: Recording | str | os.PathLike[str],
@@ -93,8 +85,7 @@ def identify(
         return _paper(recording, packed, problem, fitted, notes, about)
     needs_more_than_one_frequency(recording, fitted)
     compile_ahead(trajectory_program, problem, to_jax(np.zeros(3)), to_jax(np.uint32(seed)))
-    response = _response(recording, fitted, notes)
-    sines = None if response is None else response.motor
+    response, sines = _response(recording, fitted, notes)
     psi = sines.psi if sines is not None and sines.solved else _data_start(problem)
     if model == "second":
         estimate = _second_order(recording, problem, fit_whole(recording, problem, psi, seed), seed, notes)
@@ -106,9 +97,9 @@ def identify(
     if judgement.average is judgement.timing is None:
         notes += agreement(sines, judgement)
     return Fit(
-        **judgement._replace(notes=(*notes, *judgement.notes))._asdict(),
+        **vars(judgement) | {"notes": (*notes, *judgement.notes)},
         method="exact",
-        frequency_response=None if response is None else response.response,
+        frequency_response=response,
         **about,
         **scores(packed, np.asarray(estimate.solution.residual)),
     )
@@ -149,13 +140,6 @@ def prepare(recording: Recording, hold_out: Which = (), few_shapes: bool = False
     return Prepared(recording, fitted, held_out, pack(recording, fitted, few_shapes=few_shapes), notes)
 
 
-def as_sines(data: SineData) -> Sines:
-    """`data` on the way into JAX."""
-    arrays = (data.frequency_Hz, data.time, data.volts, data.measured, data.valid, data.unit, data.period_s)
-    frequency, time, volts, measured, valid, unit, period = to_jax(arrays)
-    return Sines(frequency, time, volts, measured, valid, unit, period, data.kind, data.window_s, data.floor_known)
-
-
 def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:
     fitted = tuple(
         index
@@ -167,25 +151,27 @@ def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:
     return fitted
 
 
-def _response(recording: Recording, fitted: tuple[int, ...], notes: list[str]) -> _Response | None:
+def _response(
+    recording: Recording, fitted: tuple[int, ...], notes: list[str]
+) -> tuple[FrequencyResponse, SineMotor] | tuple[None, None]:
     """The frequency response and the motor that fits it, where there are sines for it."""
     if not enough_sines(recording, fitted):
-        return None
-    data = sine_data(recording, fitted, few_shapes=True)
-    found = {name: np.asarray(value) for name, value in response_program(as_sines(data)).items()}
-    each = (data.frequency_Hz, found["response"], found["response_covariance"], found["amplitude_V"])
-    arrays = (*(values[: len(data.segments)] for values in each), data.period_s)
-    window = data.window_s if data.kind == "speed" else None
+        return None, None
+    sines, number = sine_data(recording, fitted, few_shapes=True), len(sine_segments(recording, fitted))
+    found = {name: np.asarray(value) for name, value in response_program(sines).items()}
+    each = (sines.frequency_Hz, found["response"], found["response_covariance"], found["amplitude_V"])
+    arrays = (*(values[:number] for values in each), sines.period)
+    window = sines.window_s if sines.kind == "speed" else None
     response = to_numpy(FrequencyResponse(*to_jax(arrays), window_s=window))
     if not found["solved"]:
         notes.append(UNSETTLED)
-    return _Response(response, sine_motor(found))
+    return response, sine_motor(found)
 
 
 def enough_sines(recording: Recording, fitted: tuple[int, ...]) -> bool:
     """There are sines of two frequencies among the segments `fitted`."""
     sines = sine_segments(recording, fitted)
-    return len({recording.segments[index].parameters["frequency_Hz"] for index in sines}) >= 2
+    return len({recording.segments[index].sine_Hz for index in sines}) >= 2
 
 
 def sine_motor(found: dict[str, np.ndarray]) -> SineMotor:
@@ -196,13 +182,10 @@ def sine_motor(found: dict[str, np.ndarray]) -> SineMotor:
 
 def needs_more_than_one_frequency(recording: Recording, fitted: tuple[int, ...]) -> None:
     """**Raises:** `JaxmotorError` where all segments are sines of one frequency."""
-    chosen = [recording.segments[index] for index in fitted]
-    if {segment.kind for segment in chosen} != {"sine"}:
-        return
-    frequencies = {float(segment.parameters["frequency_Hz"]) for segment in chosen}
-    if len(frequencies) == 1:
+    frequencies = {recording.segments[index].sine_Hz for index in fitted}
+    if len(frequencies) == 1 and (frequency := frequencies.pop()) is not None:
         raise JaxmotorError(
-            f"{recording.name}: all segments are sines of one frequency ({frequencies.pop():g} Hz), so nothing checks "
+            f"{recording.name}: all segments are sines of one frequency ({frequency:g} Hz), so nothing checks "
             "the pole they give; record a second frequency, or a step"
         )
 

@@ -1,7 +1,7 @@
 """Which standard errors to state, and whether the recording determines the motor at all."""
 
+import dataclasses
 import functools
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,21 +29,28 @@ LEAST_POLE_SHARE = 0.01
 """A pole that shows in less than this part of the motion would be made of whatever the model lacks."""
 
 
-class Judgement(NamedTuple):
+@dataclasses.dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Judgement:
     """What is stated of an estimate."""
 
     motor: AbstractLinearMotor
     standard_error: AbstractLinearMotor
+    """One for each parameter, in its unit; 1.96 of them each way hold the truth 95 times of 100."""
     covariance: np.ndarray
-    """(p, p) of (gain, pole [, electrical time constant]) in their units."""
+    """(p, p) of (gain [rad/s/V], pole [rad/s], electrical time constant [s] if there is one)."""
     offset_V: float
+    """Constant voltage error that was fitted along [V]; 0 where the method has none."""
     offset_standard_error_V: float
-    timing: Timing | None
-    average: SpeedAverage | None
+    timing: Timing | None = None
+    """The log's own, where the header does not state it and the data show one."""
+    average: SpeedAverage | None = None
+    """The same of its speeds."""
     notes: tuple[str, ...]
-    open_hypotheses: tuple[OpenHypothesis, ...]
-    allowed: Allowed
-    """Intervals of gain and pole that allow for hidden laws."""
+    """Sentences that a user should read."""
+    open_hypotheses: tuple[OpenHypothesis, ...] = ()
+    """Laws that the recording can neither show nor exclude."""
+    allowed: Allowed | None = None
+    """Intervals of gain and pole that allow for hidden laws; None where the method does not know."""
 
 
 def is_quiet(packed: Packed, errors: Uncertainty) -> bool:
@@ -169,14 +176,14 @@ def _wide(psi: np.ndarray, covariance: np.ndarray) -> list[str]:
     ]
 
 
-def student_t(freedom: float, probability: float = 0.975) -> float:
-    """Quantile of Student's t, by integrating cos^(ν-1) φ with t = √ν tan φ; good to 1e-4 for ν from 1 to 1e4."""
+def student_t(freedom: float) -> float:
+    """Quantile 0.975 of Student's t, by integrating cos^(ν-1) φ with t = √ν tan φ; good to 1e-4 for ν from 1 to 1e4."""
     angle, cosine = _angles()
     density = cosine ** (freedom - 1)
     mass = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2)])
     rest = density[-1] / 2
     share = 0.5 + 0.5 * mass / (mass[-1] + rest)
-    return float(np.sqrt(freedom) * np.tan(np.interp(probability, share, angle)))
+    return float(np.sqrt(freedom) * np.tan(np.interp(0.975, share, angle)))
 
 
 @functools.cache

@@ -21,9 +21,9 @@ from jaxtyping import Array, Complex, Float
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.estimate._sine_data import SineData, sine_data, sine_segments
+from jaxmotor.estimate._sine_data import sine_data, sine_segments
 from jaxmotor.estimate._sine_fit import fit_phasors, linear_start
-from jaxmotor.motor import FirstOrder, paper_response, to_complex
+from jaxmotor.motor import FirstOrder, paper_response, phasor, to_complex
 from jaxmotor.recording import Recording, Segment, angle_of
 
 
@@ -46,10 +46,10 @@ def fit_paper(recording: Recording, segments: tuple[int, ...]) -> PaperFit:
             f"{recording.name}: the paper's method needs sine segments of at least two frequencies with even ticks; "
             "use --method exact, or record sines"
         )
-    # As published: of when a duty acts after its count it knows nothing.
-    response = _paper_sines(sine_data(dataclasses.replace(recording, duty_delay_s=None), segments))
+    response = _paper_sines(recording, segments)
     gain, gain_error = _gain(recording, segments)
-    start = linear_start(response.frequency_Hz, response.response * _turn(response), response.period_s)
+    z = phasor(response.frequency_Hz * response.period_s)
+    start = linear_start(response.frequency_Hz, response.response * z, response.period_s)
     pole, pole_error = fit_paper_pole(response, jnp.asarray(gain), start.pole)
     return PaperFit(FirstOrder(jnp.asarray(gain), pole), FirstOrder(jnp.asarray(gain_error), pole_error), response)
 
@@ -84,25 +84,23 @@ def fit_paper_pole(
     return pole, pole * jnp.sqrt(variance)
 
 
-def _turn(response: FrequencyResponse) -> Complex[Array, " f"]:
-    turns = 2 * jnp.pi * response.frequency_Hz * response.period_s
-    return jax.lax.complex(jnp.cos(turns), jnp.sin(turns))
-
-
-def _paper_sines(data: SineData) -> FrequencyResponse:
-    speed, valid = data.measured * data.unit, data.valid.copy()
-    if data.kind == "position":
-        speed = np.diff(speed, axis=1, prepend=0.0) / data.period_s
-        valid &= np.pad(data.valid[:, :-1], ((0, 0), (1, 0)))
-    amplitude = jnp.asarray(np.where(np.isnan(data.nominal_amplitude_V), 1.0, data.nominal_amplitude_V))
-    phasor, covariance = fit_paper_sines(*map(jnp.asarray, (data.frequency_Hz, data.time, speed, valid)))
+def _paper_sines(recording: Recording, segments: tuple[int, ...]) -> FrequencyResponse:
+    # As published: of when a duty acts after its count it knows nothing.
+    sines = sine_data(dataclasses.replace(recording, duty_delay_s=None), segments)
+    speed, valid = sines.measured * sines.unit, sines.valid.copy()
+    if sines.kind == "position":
+        speed = np.diff(speed, axis=1, prepend=0.0) / sines.period
+        valid &= np.pad(sines.valid[:, :-1], ((0, 0), (1, 0)))
+    runs = [recording.segments[index] for index in sine_segments(recording, segments)]
+    amplitude = jnp.asarray([float(run.parameters.get("amplitude_V", 1.0)) for run in runs])
+    phasor, covariance = fit_paper_sines(*map(jnp.asarray, (sines.frequency_Hz, sines.time, speed, valid)))
     return FrequencyResponse(
-        jnp.asarray(data.frequency_Hz),
+        jnp.asarray(sines.frequency_Hz),
         phasor / to_complex(amplitude),
         covariance / (amplitude**2)[:, None, None],
         jnp.abs(amplitude),
-        jnp.asarray(data.period_s),
-        window_s=data.period_s,
+        jnp.asarray(sines.period),
+        window_s=float(sines.period),
     )
 
 

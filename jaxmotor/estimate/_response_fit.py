@@ -8,7 +8,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._sine_fit import linear_start
-from jaxmotor.motor import AbstractLinearMotor, FirstOrder, SecondOrder
+from jaxmotor.motor import AbstractLinearMotor, FirstOrder, SecondOrder, phasor
 
 TOLERANCE = 1e-6
 """In standard errors of the residuals and in logarithms of the parameters, as optimistix counts them."""
@@ -90,5 +90,4 @@ def _about_mean_speed(measured: FrequencyResponse):
     """V(z), to second order in the tick where another speed was measured."""
     if measured.window_s is None:
         return measured.response
-    lag = jnp.pi * measured.frequency_Hz * (measured.period_s + measured.window_s)
-    return measured.response * jax.lax.complex(jnp.cos(lag), jnp.sin(lag))
+    return measured.response * phasor(measured.frequency_Hz * (measured.period_s + measured.window_s) / 2)

@@ -1,9 +1,10 @@
 """The sine segments of a recording as padded arrays, for the sine fits. Numpy only."""
 
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
+from jaxmotor.estimate._sine_fit import Sines
 from jaxmotor.prediction import bucket, up_by_four
 from jaxmotor.recording import Recording, Segment, at_duty
 
@@ -11,37 +12,14 @@ LEAST_SINES, LEAST_ROWS = 8, 512
 """The fewest where few shapes are asked for; more come by factors of four."""
 
 
-class SineData(NamedTuple):
-    """Arrays (frequency, row), as `Sines` holds them, and which segments they are."""
-
-    segments: tuple[int, ...]
-    frequency_Hz: np.ndarray
-    nominal_amplitude_V: np.ndarray
-    """As the header states it [V]; NaN where it does not."""
-    time: np.ndarray
-    volts: np.ndarray
-    measured: np.ndarray
-    valid: np.ndarray
-    unit: float
-    """Of the position [rad]: a count, or 1; a speed is in units per second."""
-    period_s: float
-    kind: Literal["position", "mean_speed", "speed"]
-    window_s: float
-    floor_known: bool
-
-
 def sine_segments(recording: Recording, segments: tuple[int, ...]) -> tuple[int, ...]:
     """Those of `segments` that are sines of a stated frequency, where ticks are even."""
     if recording.period_s is None:
         return ()
-    return tuple(
-        index
-        for index in segments
-        if recording.segments[index].kind == "sine" and "frequency_Hz" in recording.segments[index].parameters
-    )
+    return tuple(index for index in segments if recording.segments[index].sine_Hz is not None)
 
 
-def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool = False) -> SineData:
+def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool = False) -> Sines:
     """The sine segments among `segments`; there must be one, and an even `period_s`.
 
     With `few_shapes` there are more rows, and after the last frequency some of 1 Hz without rows.
@@ -51,7 +29,7 @@ def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool 
     assert chosen and period is not None
     kind, window = _kind(recording)
     runs = [recording.segments[index] for index in chosen]
-    unit = 2 * np.pi / (recording.counts_per_rev or 1.0) if recording.measured == "count" else 1.0
+    unit = recording.count_rad if recording.measured == "count" else 1.0
     shape = (len(chosen), bucket(max(map(len, runs))))
     if few_shapes:
         shape = (up_by_four(LEAST_SINES, shape[0]), up_by_four(LEAST_ROWS, shape[1]))
@@ -65,11 +43,10 @@ def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool 
         valid[cells] = True
     if kind == "mean_speed":
         valid[:, 0] = False
-    amplitude, frequency = np.full(shape[0], np.nan), np.ones(shape[0])
-    amplitude[: len(runs)] = [float(run.parameters.get("amplitude_V", np.nan)) for run in runs]
-    frequency[: len(runs)] = [float(run.parameters["frequency_Hz"]) for run in runs]
-    known = recording.measured == "count"
-    return SineData(chosen, frequency, amplitude, time, volts, measured, valid, unit, period, kind, window, known)
+    frequency = np.ones(shape[0])
+    frequency[: len(runs)] = [run.sine_Hz for run in runs]
+    rows = (frequency, time, volts, measured, valid)
+    return Sines(*rows, np.asarray(unit), np.asarray(period), kind, window, recording.measured == "count")
 
 
 def _kind(recording: Recording) -> tuple[Literal["position", "mean_speed", "speed"], float]:

@@ -12,7 +12,7 @@ In a last round the fit is to what an exact simulation with the real duty leaves
 from the harmonics of the duty's steps.
 """
 
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -20,7 +20,15 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Complex, Float
 
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.motor import FirstOrder, mean_speed_response, position_response, simulate, speed_response, to_complex
+from jaxmotor.motor import (
+    FirstOrder,
+    mean_speed_response,
+    phasor,
+    position_response,
+    simulate,
+    speed_response,
+    to_complex,
+)
 
 ROUNDS = 4
 
@@ -28,16 +36,16 @@ ROUNDS = 4
 class Sines(eqx.Module):
     """The sine segments of one recording, padded to one length, and perhaps with frequencies that have no rows."""
 
-    frequency_Hz: Float[Array, " f"]
-    time: Float[Array, "f n"]
+    frequency_Hz: Float[Any, " f"]
+    time: Float[Any, "f n"]
     """Since the segment's first row [s]."""
-    volts: Float[Array, "f n"]
-    measured: Float[Array, "f n"]
+    volts: Float[Any, "f n"]
+    measured: Float[Any, "f n"]
     """Position since the segment's first row [units], or speed [units/s]."""
-    valid: Bool[Array, "f n"]
-    unit: Float[Array, ""]
+    valid: Bool[Any, "f n"]
+    unit: Float[Any, ""]
     """One unit [rad]."""
-    period: Float[Array, ""]
+    period: Float[Any, ""]
     """Of the ticks [s]."""
     kind: Literal["position", "mean_speed", "speed"] = eqx.field(static=True)
     """Position; mean speed over the previous tick; mean speed over `window_s` before the row."""
@@ -53,8 +61,7 @@ class Sines(eqx.Module):
     @property
     def z(self) -> Complex[Array, " f"]:
         """exp(jωT)."""
-        turns = 2 * jnp.pi * self.frequency_Hz * self.period
-        return jax.lax.complex(jnp.cos(turns), jnp.sin(turns))
+        return phasor(self.frequency_Hz * self.period)
 
 
 class Phasors(NamedTuple):
@@ -125,8 +132,7 @@ def linear_start(
     used: Bool[Array, " f"] | None = None,
 ) -> FirstOrder:
     """First-order motor near the mean-speed response V, where `used`: V z = p V + b1 z + b0 is linear in p, b1, b0."""
-    turns = 2 * jnp.pi * frequency_Hz * period
-    z = jax.lax.complex(jnp.cos(turns), jnp.sin(turns))
+    z = phasor(frequency_Hz * period)
     columns = jnp.stack([response, z, jnp.ones_like(z)], axis=-1)
     right = response * z
     if used is not None:
@@ -153,8 +159,7 @@ def _mean_speed(output: Complex[Array, " f"], sines: Sines) -> Complex[Array, " 
         return output * (sines.z - 1) / to_complex(sines.period)
     if sines.kind == "mean_speed":
         return output * sines.z
-    lag = jnp.pi * sines.frequency_Hz * (sines.period + sines.window_s)
-    return output * jax.lax.complex(jnp.cos(lag), jnp.sin(lag))
+    return output * phasor(sines.frequency_Hz * (sines.period + sines.window_s) / 2)
 
 
 def _response(motor: FirstOrder, sines: Sines) -> Complex[Array, " f"]:

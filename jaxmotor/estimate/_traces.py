@@ -35,22 +35,21 @@ def traces_of(packed: Packed, residual: np.ndarray) -> tuple[Trace, ...]:
 
 def fit_percent(traces: tuple[Trace, ...]) -> float:
     """100 (1 - |y - ŷ|/|y - mean y|) over all rows of `traces`; NaN where the speed never changes."""
-    measured = np.concatenate([trace.measured_rad_s for trace in traces])
-    simulated = np.concatenate([trace.simulated_rad_s for trace in traces])
-    spread = np.linalg.norm(measured - measured.mean())
-    if spread <= 1e-9 * np.linalg.norm(measured):
-        return float("nan")
-    return float(100 * (1 - np.linalg.norm(measured - simulated) / spread))
+    return _percent([(trace.measured_rad_s, trace.simulated_rad_s) for trace in traces])
 
 
 def angle_fit_percent(traces: tuple[Trace, ...]) -> float:
     """100 (1 - |y - ŷ|/|y - mean y|) of the angle turned since each of `traces` began; NaN where it never changes."""
-    if not traces:
+    return _percent([_turned(trace) for trace in traces])
+
+
+def _percent(pairs: list[tuple[np.ndarray, np.ndarray]]) -> float:
+    """Of measured and simulated values together, all `pairs` of them."""
+    measured, simulated = np.concatenate(pairs, axis=1) if pairs else np.zeros((2, 0))
+    spread = np.linalg.norm(measured - measured.mean()) if measured.size else 0.0
+    if spread <= 1e-9 * np.linalg.norm(measured):
         return float("nan")
-    turned = [_turned(trace) for trace in traces]
-    measured, simulated = (np.concatenate(column) for column in zip(*turned, strict=True))
-    spread = float(np.linalg.norm(measured - measured.mean())) if measured.size else 0.0
-    return float(100 * (1 - np.linalg.norm(measured - simulated) / spread)) if spread > 0 else float("nan")
+    return float(100 * (1 - np.linalg.norm(measured - simulated) / spread))
 
 
 def _turned(trace: Trace) -> tuple[np.ndarray, np.ndarray]:

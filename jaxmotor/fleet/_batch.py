@@ -5,7 +5,8 @@ side every motor would wait for the slowest fit while the arrays outgrow the cac
 each, 64 four times. On other devices they go side by side.
 """
 
-from typing import Any, Literal, NamedTuple, cast
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,25 +21,23 @@ from jaxmotor.estimate import (
     Estimate,
     Judgement,
     Prepared,
-    Sines,
     agreement,
-    data_start,
     estimate_of,
-    fit_response,
-    fit_sines,
     judge,
+    response_program,
     scores,
     sine_motor,
-    solve,
-    uncertainty,
+    start_program,
+    trajectory_program,
 )
-from jaxmotor.fleet._ready import Key, Ready, lanes_of, stack
-from jaxmotor.prediction import Problem
+from jaxmotor.fleet._ready import Case, Ready, stack
 
 BATCH = 32
 """Motors in one call."""
 LEFT_OUT = ("jacobian",)
 """What of a solution stays inside the program."""
+OF_SINES = ("gain", "pole", "covariance", "solved")
+"""What comes out of it of the fit to the frequency response."""
 
 
 class Identified(NamedTuple):
@@ -66,9 +65,9 @@ def identify_batch(motors: list[Ready], seed: int = 0) -> list[Identified | Jaxm
 @in_float64
 def start_batch(motors: list[Ready], seed: int = 0) -> Started:
     """`identify_batch` begun: the program runs, and this thread is free meanwhile."""
-    arrays = to_jax(stack(motors, BATCH))
+    cases = stack([motor.case for motor in motors], BATCH)
     side_by_side = jax.default_backend() != "cpu"
-    found = batch_program(arrays, motors[0].key, to_jax(np.int32(len(motors))), to_jax(np.uint32(seed)), side_by_side)
+    found = batch_program(*to_jax((cases, np.int32(len(motors)), np.uint32(seed))), side_by_side)
     return Started(motors, found)
 
 
@@ -82,16 +81,12 @@ def results_of(started: Started) -> list[Identified | JaxmotorError]:
 
 
 @program
-def batch_program(arrays: dict[str, Array], key: Key, count: Int[Array, ""], seed: Array, side_by_side: bool) -> Arrays:
-    """What the programs of `identify` return, for the first `count` motors in `arrays` (motor, ...)."""
-
-    def one(own: dict[str, Array]) -> Arrays:
-        return _one(own, key, seed)
-
-    return in_turn(one, arrays, count, side_by_side)
+def batch_program(cases: Case, count: Int[Array, ""], seed: Array, side_by_side: bool) -> Arrays:
+    """What the programs of `identify` return, for the first `count` motors of `cases` (motor, ...)."""
+    return in_turn(lambda case: _one(case, seed), cases, count, side_by_side)
 
 
-def in_turn(one: Any, arrays: dict[str, Array], count: Int[Array, ""], side_by_side: bool) -> Arrays:
+def in_turn(one: Callable[[Any], Arrays], arrays: Any, count: Int[Array, ""], side_by_side: bool) -> Arrays:
     """`one` of each of the first `count` motors in `arrays`; zeros for the rest, or what padding gives."""
     if side_by_side:
         return jax.vmap(one)(arrays)
@@ -106,37 +101,24 @@ def in_turn(one: Any, arrays: dict[str, Array], count: Int[Array, ""], side_by_s
     return jax.lax.fori_loop(0, count, body, empty)
 
 
-def problem_in(arrays: dict[str, Array], key: Key) -> Problem:
-    """The problem of one motor among the arrays of its batch."""
-    kind = cast(Literal["turn", "speed", "window"], key.kind)
-    lanes = lanes_of(arrays)
-    return Problem(lanes, arrays["unit"], arrays["window"], kind, key.floor_known, key.pieces, key.clusters, key.free)
-
-
-def _one(arrays: dict[str, Array], key: Key, seed: Array) -> Arrays:
-    problem = problem_in(arrays, key)
-    if key.sines is None:
-        psi, sines = data_start(problem, arrays["log_poles"]), {}
-    else:
-        psi, sines = _from_sines(arrays, key, problem)
-    solution = solve(problem, psi)
-    errors = uncertainty(problem, solution, jax.random.key(seed))
-    found = solution._asdict() | errors._asdict()
+def _one(case: Case, seed: Array) -> Arrays:
+    psi, sines = _start(case)
+    found = trajectory_program(case.problem, psi, seed)
     return sines | {name: value for name, value in found.items() if name not in LEFT_OUT}
 
 
-def _from_sines(arrays: dict[str, Array], key: Key, problem: Problem) -> tuple[Float[Array, " 3"], Arrays]:
-    """The start that the sines give, where they do."""
-    kind = cast(Literal["position", "mean_speed", "speed"], key.sine_kind)
-    names = ("frequency_Hz", "time", "volts", "measured", "valid", "unit", "period")
-    about = {"kind": kind, "window_s": key.sine_window_s, "floor_known": problem.floor_known}
-    sines = Sines(**{name: arrays[f"sine_{name}"] for name in names}, **about)
-    response, _ = fit_sines(sines)
-    fit = fit_response(response)
-    psi = jnp.stack([fit.motor.gain, jnp.zeros_like(fit.motor.gain), jnp.log(fit.motor.pole)])
-    psi = jax.lax.cond(fit.solved, lambda: psi, lambda: data_start(problem, arrays["log_poles"]))
-    found = {"gain": fit.motor.gain, "pole": fit.motor.pole, "covariance": fit.covariance, "solved": fit.solved}
-    return psi, {f"sine_{name}": value for name, value in found.items()}
+def _start(case: Case) -> tuple[Float[Array, " 3"], Arrays]:
+    """The start that the sines give, where they do, and what they say; else that of the data."""
+    if case.sines is None:
+        return _data_start(case), {}
+    found = response_program(case.sines)
+    psi = jnp.stack([found["gain"], jnp.zeros_like(found["gain"]), jnp.log(found["pole"])])
+    psi = jax.lax.cond(found["solved"], lambda: psi, lambda: _data_start(case))
+    return psi, {f"sine_{name}": found[name] for name in OF_SINES}
+
+
+def _data_start(case: Case) -> Float[Array, " 3"]:
+    return start_program(case.problem, case.log_poles)["psi"]
 
 
 def _identified(prepared: Prepared, found: dict[str, np.ndarray]) -> Identified | JaxmotorError:

@@ -6,7 +6,7 @@ through their logarithms, from small ones, so that they stay positive.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -15,10 +15,10 @@ from jaxtyping import Array, Float, Int
 
 from jaxmotor._precision import in_float64, to_jax
 from jaxmotor._programs import Arrays, program
-from jaxmotor.estimate import solve_normal, whitened
-from jaxmotor.fleet._batch import BATCH, Identified, in_turn, problem_in
+from jaxmotor.estimate import PROCESS_RANGE, negative_log_likelihood, solve_normal, whitened
+from jaxmotor.fleet._batch import BATCH, Identified, in_turn
 from jaxmotor.fleet._friction_simulation import simulate_friction
-from jaxmotor.fleet._ready import Key, Ready, stack
+from jaxmotor.fleet._ready import Case, Ready, stack
 from jaxmotor.motor import FirstOrder
 from jaxmotor.prediction import Problem, start_columns
 
@@ -29,7 +29,6 @@ LONGEST_STEP = 1.0
 """In the logarithms."""
 SIZE = 5
 """Parameters: gain, K u0 of a voltage offset u0, and the logarithms of pole, friction and dead zone."""
-PROCESS_RANGE = (-8.0, 4.0)
 
 Residual = Callable[[Float[Array, " p"]], Float[Array, "lane row"]]
 
@@ -51,29 +50,36 @@ class FrictionFit(NamedTuple):
         return [*values, *self.standard_error.tolist(), self.chi2_per_sample]
 
 
+class _Start(NamedTuple):
+    """What `identify_batch` has found."""
+
+    psi: Float[Any, "*motor p"]
+    initial_speed: Float[Any, "*motor k"]
+    log10_q: Float[Any, "*motor"]
+
+
 @in_float64
 def fit_friction(motors: list[Ready], found: list[Identified]) -> list[FrictionFit | None]:
     """Friction and dead zone of each of `motors`, at most `BATCH` of one key; None where rows have a speed window.
 
     It starts from what `identify_batch` has `found` of them.
     """
-    key = motors[0].key
-    if key.kind == "window" or key.timed:
+    problem = motors[0].case.problem
+    if problem.kind == "window" or problem.lanes.duration.ndim:
         return [None for _ in motors]
-    arrays = stack(motors, BATCH)
-    psi = np.zeros((BATCH, SIZE))
-    initial_speed, log10_q = np.zeros((BATCH, key.pieces + 1)), np.zeros(BATCH)
-    for index, one in enumerate(found):
-        solution = one.estimate.solution
-        psi[index] = (*np.asarray(solution.psi), *np.log(START_V))
-        initial_speed[index], log10_q[index] = solution.initial_speed, solution.log10_q
-    arrays |= {"psi": psi, "initial_speed": initial_speed, "log10_q": log10_q}
-    count = to_jax(np.int32(len(motors)))
-    results = friction_program(to_jax(arrays), key, count, jax.default_backend() != "cpu")
+    given = [(motor.case, _start(one)) for motor, one in zip(motors, found, strict=True)]
+    cases, starts = to_jax(stack(given, BATCH))
+    results = friction_program(cases, starts, to_jax(np.int32(len(motors))), jax.default_backend() != "cpu")
     numbers = {name: np.asarray(value) for name, value in results.items()}
     return [
         _friction_fit(numbers["psi"][k], numbers["error"][k], float(numbers["chi2"][k])) for k in range(len(motors))
     ]
+
+
+def _start(found: Identified) -> _Start:
+    solution = found.estimate.solution
+    psi = np.array([*np.asarray(solution.psi), *np.log(START_V)])
+    return _Start(psi, np.asarray(solution.initial_speed), np.asarray(solution.log10_q))
 
 
 def _friction_fit(psi: np.ndarray, error: np.ndarray, chi2: float) -> FrictionFit | None:
@@ -85,9 +91,9 @@ def _friction_fit(psi: np.ndarray, error: np.ndarray, chi2: float) -> FrictionFi
 
 
 @program
-def friction_program(arrays: dict[str, Array], key: Key, count: Int[Array, ""], side_by_side: bool) -> Arrays:
-    """`psi`, its standard errors and chi2 of the first `count` motors in `arrays`."""
-    return in_turn(lambda own: _one(own, key), arrays, count, side_by_side)
+def friction_program(cases: Case, starts: _Start, count: Int[Array, ""], side_by_side: bool) -> Arrays:
+    """`psi`, its standard errors and chi2 of the first `count` motors of `cases`, from `starts` (motor, ...)."""
+    return in_turn(lambda own: _one(own[0].problem, own[1]), (cases, starts), count, side_by_side)
 
 
 class _State(NamedTuple):
@@ -96,18 +102,15 @@ class _State(NamedTuple):
     damping: Float[Array, ""]
 
 
-def _one(arrays: dict[str, Array], key: Key) -> Arrays:
-    problem = problem_in(arrays, key)
-
+def _one(problem: Problem, start: _Start) -> Arrays:
     def left(psi: Float[Array, " p"]) -> Float[Array, "lane row"]:
-        return _left(psi, problem, arrays)
+        return _left(psi, problem, start.initial_speed)
 
     def residual(psi: Float[Array, " p"], log10_q: Float[Array, ""]) -> Float[Array, "lane row"]:
         return whitened(left(psi)[..., None], start_columns(psi[:3], problem), 10**log10_q, problem)[0][..., 0]
 
     # First as noisy as the linear motor left it, then as quiet as the better model leaves it.
-    psi = _descend(arrays["psi"], lambda psi: residual(psi, arrays["log10_q"]), COARSE_STEPS)
-    log10_q = arrays["log10_q"]
+    psi, log10_q = _descend(start.psi, lambda psi: residual(psi, start.log10_q), COARSE_STEPS), start.log10_q
     if problem.kind == "turn":
         log10_q = _process_term(left(psi), psi, problem)
     psi = _descend(psi, lambda psi: residual(psi, log10_q), FINE_STEPS)
@@ -124,14 +127,8 @@ def _process_term(left: Float[Array, "lane row"], psi: Float[Array, " p"], probl
     """The most likely of a row of process terms for the residual `left` [decades of the floor]."""
     starts = start_columns(psi[:3], problem)
     points = jnp.linspace(*PROCESS_RANGE, 2 * int(PROCESS_RANGE[1] - PROCESS_RANGE[0]) + 1, dtype=psi.dtype)
-
-    def cost(log10_q: Float[Array, ""]) -> Float[Array, ""]:
-        white, _, log_det = whitened(left[..., None], starts, 10**log10_q, problem)
-        count = jnp.asarray(problem.lanes.valid).sum().astype(psi.dtype)
-        square = (white**2).sum()
-        return square + log_det if problem.floor_known else count * jnp.log(square / count) + log_det
-
-    return points[jnp.argmin(jax.lax.map(cost, points))]
+    cost = jax.lax.map(lambda log10_q: negative_log_likelihood(log10_q, left[..., None], starts, problem), points)
+    return points[jnp.argmin(cost)]
 
 
 def _descend(psi: Float[Array, " p"], residual: Residual, steps: int) -> Float[Array, " p"]:
@@ -159,13 +156,13 @@ def _descend(psi: Float[Array, " p"], residual: Residual, steps: int) -> Float[A
     return jax.lax.fori_loop(0, steps, step, start).psi
 
 
-def _left(psi: Float[Array, " p"], problem: Problem, arrays: Arrays) -> Float[Array, "lane row"]:
+def _left(psi: Float[Array, " p"], problem: Problem, initial_speed: Float[Array, " k"]) -> Float[Array, "lane row"]:
     """Observed minus simulated [units], zero where nothing was measured."""
     pole, friction, dead_zone = jnp.exp(psi[2:])
     lanes = problem.lanes
     volts = jnp.asarray(lanes.volts) + psi[1] / psi[0]
     # After a lost tick, the speed that the linear motor had there; what that is off by is projected out.
-    speed = jnp.asarray(lanes.free) * arrays["initial_speed"][lanes.piece]
+    speed = jnp.asarray(lanes.free) * initial_speed[lanes.piece]
     motor, reset, duration = FirstOrder(psi[0], pole), jnp.asarray(lanes.reset), jnp.asarray(lanes.duration)
     run = simulate_friction(motor, friction, dead_zone, volts.T, reset.T, speed.T, duration)
     shown = (run.turn if problem.kind == "turn" else run.speed).T / problem.unit

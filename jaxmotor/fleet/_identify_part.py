@@ -1,6 +1,6 @@
 """One part of a data set: read motor by motor, identified batch by batch, one row each."""
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from typing import NamedTuple
 
 from jaxmotor._errors import JaxmotorError
@@ -8,7 +8,7 @@ from jaxmotor.fleet._batch import BATCH, Identified, Started, results_of, start_
 from jaxmotor.fleet._dataset import Entry, Part, read_part
 from jaxmotor.fleet._diagnosed import diagnosis_columns
 from jaxmotor.fleet._friction import FrictionFit, fit_friction
-from jaxmotor.fleet._ready import Key, Ready, problem_of, ready
+from jaxmotor.fleet._ready import Ready, problem_of, ready
 from jaxmotor.fleet._table import Row, row_of
 
 MOST_WAITING = 4 * BATCH
@@ -75,7 +75,7 @@ def _rows(part: Part, options: Options) -> Iterator[_Done]:
 
 def _ready(part: Part) -> Iterator[_Done | list[_Waiting]]:
     """The motors of `part` in batches, and the rows of those that are none."""
-    waiting: dict[Key, list[_Waiting]] = {}
+    waiting: dict[Hashable, list[_Waiting]] = {}
     for order, entry in enumerate(read_part(part)):
         if entry.recording is None:
             yield _Done(order, entry, row_of(entry, None, entry.problem))
@@ -86,10 +86,10 @@ def _ready(part: Part) -> Iterator[_Done | list[_Waiting]]:
             yield _Done(order, entry, row_of(entry, None, problem_of(error)))
             continue
         # What waits for its batch is its arrays; the recording is kept for its name and its columns' meaning.
-        group = waiting.setdefault(motor.key, [])
+        group = waiting.setdefault(key := motor.key, [])
         group.append(_Waiting(order, entry, motor))
         if len(group) == BATCH:
-            yield waiting.pop(motor.key)
+            yield waiting.pop(key)
         elif sum(map(len, waiting.values())) >= MOST_WAITING:
             yield waiting.pop(max(waiting, key=lambda key: len(waiting[key])))
     yield from waiting.values()

@@ -16,7 +16,7 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import replacing
 from jaxmotor.fleet._extra import needs
-from jaxmotor.recording import OWN_KEYS, Header, Recording, Segment, from_columns, header_of
+from jaxmotor.recording import Header, Recording, columns_of, from_columns, header_of, values_of
 
 ROWS_PER_CUT = 250_000
 ROWS_AT_ONCE = 131_072
@@ -80,13 +80,18 @@ def write_parquet(recordings: Iterable[tuple[str, Recording]], path: Path, motor
     """
     writer, number = None, 0
     header: dict[str, str] = {}
+    names: list[str] = []
     group: list[Any] = []
     with replacing(path) as part:
         try:
             for motor, recording in recordings:
                 header = header or _shared_header(recording)
-                if _shared_header(recording) != header:
-                    raise JaxmotorError(f"{path}: motor {motor} has another header; write it to a file of its own")
+                names = names or list(columns_of(recording.segments[0]))
+                same = all(list(columns_of(segment)) == names for segment in recording.segments)
+                if _shared_header(recording) != header or not same:
+                    raise JaxmotorError(
+                        f"{path}: motor {motor} has another header, or other columns; write it to a file of its own"
+                    )
                 group.append(_table(motor, recording, header))
                 number += 1
                 if len(group) == motors_per_group:
@@ -111,37 +116,19 @@ def _write_group(writer: Any, part: Path, group: list[Any]) -> Any:
 
 
 def _shared_header(recording: Recording) -> dict[str, str]:
-    values = {key: getattr(recording, key) for key in OWN_KEYS}
-    values = {key: value for key, value in values.items() if value is not None and value is not False}
-    values |= {key: value for key, value in recording.header.items() if key != "motor"}
-    tables = [
-        {"kind": each.kind, "start_s": each.start_s, "at_rest": each.at_rest, **each.parameters}
-        for each in recording.segments
-    ]
-    return {key: json.dumps(value, default=str) for key, value in (values | {"segment": tables}).items()}
+    values = values_of(recording)
+    return {key: json.dumps(value, default=str) for key, value in values.items() if key != "motor"}
 
 
 def _table(motor: str, recording: Recording, header: Mapping[str, str]) -> Any:
     arrow = needs("pyarrow")
-    parts = [_columns(segment) | {"segment": np.full(len(segment), k)} for k, segment in enumerate(recording.segments)]
+    parts = [
+        columns_of(segment) | {"segment": np.full(len(segment), k)} for k, segment in enumerate(recording.segments)
+    ]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     length = len(columns["segment"])
     names = arrow.DictionaryArray.from_arrays(np.zeros(length, np.int32), [motor]).cast(arrow.string())
     return arrow.table({"motor": names, **columns}).replace_schema_metadata(dict(header))
-
-
-def _columns(segment: Segment) -> dict[str, np.ndarray]:
-    columns: dict[str, np.ndarray | None] = {
-        "tick": segment.tick,
-        "time_s": segment.time_s if segment.tick is None else None,
-        "duty": segment.duty,
-        "volts": segment.volts if segment.duty is None else None,
-        "count": segment.count,
-        "angle_rad": segment.angle_rad,
-        "speed_rad_s": segment.speed_rad_s,
-        "current_A": segment.current_A,
-    }
-    return {name: column for name, column in columns.items() if column is not None}
 
 
 def _header(metadata: Mapping[bytes, bytes]) -> dict[str, Any]:

@@ -85,6 +85,11 @@ class Population(NamedTuple):
         """Those of `names` that are the same for all motors."""
         return tuple(name for name, spread in zip(self.names, self.spread, strict=True) if spread == 0)
 
+    def sizes(self, values: np.ndarray) -> np.ndarray:
+        """`values` (..., p) in the units of `names`: from logarithms to sizes."""
+        logs = np.array(self.logarithmic)
+        return np.where(logs, np.exp(np.where(logs, values, 0.0)), values)
+
     def steadied(self) -> tuple[np.ndarray, np.ndarray]:
         """Estimates drawn to the mean as far as their own errors ask for it, (m, p), and their covariances (m, p, p).
 

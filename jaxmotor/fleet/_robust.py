@@ -11,7 +11,7 @@ LEAST = 1e-12
 """Variance, of what is usual, that points which are all the same are given."""
 
 
-def robust(points: np.ndarray, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+def robust(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Centre (p,) and covariance (p, p) of most of `points` (m, p): the reweighted minimum covariance determinant.
 
     Of half of the points, the set with the smallest determinant, by concentration steps from random starts; scaled to
@@ -21,7 +21,7 @@ def robust(points: np.ndarray, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
 
     number, size = points.shape
     half = (number + size + 1) // 2
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     away = points - np.median(points, axis=0)
     scale = np.median(np.abs(away), axis=0)
     scale = np.where(scale > 0, scale, away.std(0))  # more than half of them may be equal

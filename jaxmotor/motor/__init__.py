@@ -23,9 +23,9 @@ from jaxmotor.motor._speed_law import command as command
 from jaxmotor.motor._speed_law import quantised as quantised
 from jaxmotor.motor._warmth import warmth as warmth
 from jaxmotor.motor._zoh import hold_switched as hold_switched
-from jaxmotor.motor._zoh import hold_with_delay as hold_with_delay
 from jaxmotor.motor._zoh import mean_speed_response as mean_speed_response
 from jaxmotor.motor._zoh import paper_response as paper_response
+from jaxmotor.motor._zoh import phasor as phasor
 from jaxmotor.motor._zoh import position_response as position_response
 from jaxmotor.motor._zoh import speed_response as speed_response
 from jaxmotor.motor._zoh import step_response as step_response

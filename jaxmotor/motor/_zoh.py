@@ -18,19 +18,12 @@ from jaxtyping import Array, Complex, Float
 from jaxmotor.motor._linear import AbstractLinearMotor, Hold
 
 
-def hold_with_delay(
-    motor: AbstractLinearMotor, period: Float[Array, ""], fraction: Float[Array, ""]
-) -> tuple[Hold, Hold]:
-    """One tick of `period` [s] in which the new voltage arrives after `fraction` (0 to 1) of it.
+def hold_switched(motor: AbstractLinearMotor, part: Float[Array, ""], period: Float[Array, ""]) -> tuple[Hold, Hold]:
+    """One tick of `period` [s] in which the new voltage arrives `part` [s] after its begin.
 
     Returns the tick's `Hold` with respect to the old voltage and to the new one; both have the same
     transition and turn.
     """
-    return hold_switched(motor, fraction * period, period)
-
-
-def hold_switched(motor: AbstractLinearMotor, part: Float[Array, ""], period: Float[Array, ""]) -> tuple[Hold, Hold]:
-    """As `hold_with_delay`, of a tick of `period` [s] whose new voltage arrives `part` [s] after its begin."""
     old, new = motor.hold(part), motor.hold(period - part)
     transition = new.transition @ old.transition
     turn = old.turn + new.turn @ old.transition
@@ -47,10 +40,10 @@ def mean_speed_response(
     """V(z) [rad/s/V]: mean speed over the tick that holds the voltage, exact for any `delay` >= 0 [s]."""
     ticks = jnp.asarray(delay, dtype=period.dtype) / period
     whole = jnp.floor(ticks)
-    old, new = map(_complex_hold, hold_with_delay(motor, period, ticks - whole))
+    old, new = map(_complex_hold, hold_switched(motor, (ticks - whole) * period, period))
 
     def at(frequency: Float[Array, ""]) -> Complex[Array, ""]:
-        z, late = _turn(frequency * period), _turn(-frequency * period * whole)
+        z, late = phasor(frequency * period), phasor(-frequency * period * whole)
         state = _resolvent(new.transition, z, old.drive / z + new.drive)
         return late * (new.turn @ state + old.turn_drive / z + new.turn_drive) / to_complex(period)
 
@@ -58,14 +51,11 @@ def mean_speed_response(
 
 
 def position_response(
-    motor: AbstractLinearMotor,
-    frequency_Hz: Float[Array, " f"],
-    period: Float[Array, ""],
-    delay: Float[Array, ""] | float = 0.0,
+    motor: AbstractLinearMotor, frequency_Hz: Float[Array, " f"], period: Float[Array, ""]
 ) -> Complex[Array, " f"]:
     """Θ(z) [rad/V]: shaft angle at the tick."""
-    z = _turn(frequency_Hz * period)
-    return mean_speed_response(motor, frequency_Hz, period, delay) * to_complex(period) / (z - 1)
+    z = phasor(frequency_Hz * period)
+    return mean_speed_response(motor, frequency_Hz, period) * to_complex(period) / (z - 1)
 
 
 def speed_response(
@@ -85,7 +75,7 @@ def speed_response(
     length = to_complex(jnp.where(window > 0, window, 1.0))
 
     def at(frequency: Float[Array, ""]) -> Complex[Array, ""]:
-        z, late = _turn(frequency * period), _turn(-frequency * period * back)
+        z, late = phasor(frequency * period), phasor(-frequency * period * back)
         state = _resolvent(tick.transition, z, tick.drive)
         angle = (tick.turn @ state + tick.turn_drive) / (z - 1)
         begin = late * (angle + part.turn @ state + part.turn_drive)
@@ -104,14 +94,14 @@ def paper_response(
 def zoh_factor(frequency_Hz: Float[Array, " f"], period: Float[Array, ""]) -> Complex[Array, " f"]:
     """ZOH(jω) = (1 - exp(-jωT))/(jωT) [1], the paper's eq. 4; 1 at frequency zero."""
     turns = frequency_Hz * period
-    return to_complex(jnp.sinc(turns)) * _turn(-turns / 2)
+    return to_complex(jnp.sinc(turns)) * phasor(-turns / 2)
 
 
 def unmodelled_by_paper(
     motor: AbstractLinearMotor, frequency_Hz: Float[Array, " f"], period: Float[Array, ""]
 ) -> Complex[Array, " f"]:
     """Ratio of what the paper's processing sees, z⁻¹ V(z), to what its model says, G(jω) ZOH(jω)."""
-    seen = mean_speed_response(motor, frequency_Hz, period) * _turn(-frequency_Hz * period)
+    seen = mean_speed_response(motor, frequency_Hz, period) * phasor(-frequency_Hz * period)
     return seen / paper_response(motor, frequency_Hz, period)
 
 
@@ -125,7 +115,7 @@ def to_complex(x: Float[Array, "*shape"]) -> Complex[Array, "*shape"]:
     return jax.lax.complex(x, jnp.zeros_like(x))
 
 
-def _turn(turns: Float[Array, "*shape"]) -> Complex[Array, "*shape"]:
+def phasor(turns: Float[Array, "*shape"]) -> Complex[Array, "*shape"]:
     """exp(2πj `turns`)."""
     return jax.lax.complex(jnp.cos(2 * jnp.pi * turns), jnp.sin(2 * jnp.pi * turns))
 

@@ -298,8 +298,7 @@ def _blocks(pieces: list[Piece]) -> tuple[dict[int, _Blocks], int]:
 def _observation(recording: Recording) -> Observation:
     """How `recording` was measured; one unit of a log without counts is 1 rad or 1 rad/s until its noise is known."""
     if recording.measured == "count":
-        assert recording.counts_per_rev is not None
-        return Observation("turn", 2 * np.pi / recording.counts_per_rev, 1 / 6, rounding(recording))
+        return Observation("turn", recording.count_rad, 1 / 6, rounding(recording))
     window, period = recording.speed_window_s or 0.0, recording.period_s
     # The mean over the previous tick is what a count difference is: neighbours share a rounding error.
     over_tick = period is not None and abs(window - period) < 1e-6 * period

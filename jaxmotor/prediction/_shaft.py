@@ -22,8 +22,7 @@ def shaft_angles(recording: Recording) -> list[np.ndarray] | None:
         return None
     if recording.measured == "angle":
         return [np.asarray(segment.angle_rad) for segment in segments]
-    assert recording.counts_per_rev is not None
-    return [np.asarray(segment.count) * (2 * np.pi / recording.counts_per_rev) for segment in segments]
+    return [np.asarray(segment.count) * recording.count_rad for segment in segments]
 
 
 def measured_log(recording: Recording, packed: Packed) -> MeasuredLog:

@@ -23,8 +23,6 @@ from jaxmotor.present._folder import write_fit as write_fit
 from jaxmotor.present._folder import write_validation as write_validation
 from jaxmotor.present._learned import learned as learned
 from jaxmotor.present._missing import missing as missing
-from jaxmotor.present._open_and_closed import controller as controller
-from jaxmotor.present._open_and_closed import step_trials as step_trials
 from jaxmotor.present._overview import overview as overview
 from jaxmotor.present._population import population_figure as population_figure
 from jaxmotor.present._save import save as save
@@ -32,5 +30,7 @@ from jaxmotor.present._sine import position_drift as position_drift
 from jaxmotor.present._sine import sine_fit as sine_fit
 from jaxmotor.present._validation import Compared as Compared
 from jaxmotor.present._validation import closed_loop as closed_loop
+from jaxmotor.present._validation import controller as controller
 from jaxmotor.present._validation import step as step
+from jaxmotor.present._validation import step_trials as step_trials
 from jaxmotor.present._zoh import zoh_bode as zoh_bode

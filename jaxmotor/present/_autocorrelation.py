@@ -33,7 +33,7 @@ def autocorrelations(traces: Sequence[Trace]) -> np.ndarray:
     """(26,) of the residuals of `traces` together, of lag 0, which is 1, and more; products across segments are left
     out (Box, Jenkins and Reinsel, Time Series Analysis, sec. 2.1.6)."""
     total = np.zeros(LAGS + 1)
-    residuals = [trace.measured_rad_s - trace.simulated_rad_s for trace in traces]
+    residuals = [trace.residual_rad_s for trace in traces]
     mean = np.concatenate(residuals).mean() if residuals else 0.0
     for residual in residuals:
         for lag in range(min(LAGS + 1, len(residual))):

@@ -25,7 +25,7 @@ def before_after(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     motors = ((before, LINEAR, "linear"), (after, EXTENDED, "extended"))
     for trace, look, name in motors if diagnosis.named else motors[:1]:
         speed.plot(time, gap(trace.simulated_rad_s[rows]), label=f"{name}, fit {fit_percent((trace,)):.1f} %", **look)
-        left.plot(time, gap((trace.measured_rad_s - trace.simulated_rad_s)[rows]), label=name, **look)
+        left.plot(time, gap(trace.residual_rad_s[rows]), label=name, **look)
     left.axhline(0, color=GREY, linewidth=0.6, zorder=0.5)
     speed.set_ylabel("Speed (rad/s)")
     left.set(xlabel="Time in the segment (s)", ylabel="Residual\n(rad/s)")
@@ -62,8 +62,7 @@ def best_gain(diagnosis: Diagnosis) -> tuple[Trace, Trace]:
 
 
 def _gain(before: Trace, after: Trace) -> np.ndarray:
-    errors = [np.square(trace.measured_rad_s - trace.simulated_rad_s) for trace in (before, after)]
-    return errors[0] - errors[1]
+    return before.residual_rad_s**2 - after.residual_rad_s**2
 
 
 def most_gained(before: Trace, after: Trace, most: int) -> slice:

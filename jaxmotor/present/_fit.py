@@ -76,7 +76,7 @@ def residuals(fit: Fit, recording: Recording | None = None, *, axes: OnAxes = No
     of two rounded positions, whose density is a triangle from -1 to 1. Otherwise they are in rad/s.
     """
     counts = recording is not None and recording.measured == "count"
-    left = [in_counts(trace, recording) if recording and counts else _left(trace) for trace in fit.traces]
+    left = [in_counts(trace, recording) if recording and counts else trace.residual_rad_s for trace in fit.traces]
     unit, per = ("counts", "count") if counts else ("rad/s", "rad/s")
     everything = np.concatenate(left)
     figure, axes = panels(1, 2.6, columns=2, share_x=False, share_y=True, axes=axes)
@@ -102,10 +102,9 @@ def spread(traces: tuple[Trace, ...], most: int = MOST_PANELS) -> tuple[Trace, .
 
 def in_counts(trace: Trace, recording: Recording) -> np.ndarray:
     """Measured minus simulated turn of each row [counts]."""
-    assert recording.counts_per_rev is not None
     time = recording.segments[trace.segment].time_s
     row = np.searchsorted(time, trace.time_s - 1e-9)
-    return _left(trace) * (time[row + 1] - time[row]) * recording.counts_per_rev / (2 * np.pi)
+    return trace.residual_rad_s * (time[row + 1] - time[row]) / recording.count_rad
 
 
 def segment_name(trace: Trace, recording: Recording | None) -> str:
@@ -123,10 +122,6 @@ def segment_name(trace: Trace, recording: Recording | None) -> str:
     name = plain(segment.kind.replace("_", " "))
     sensible = isinstance(value, int | float) and abs(value) < 1e12
     return f"{name} {form.format(value)}" if sensible else f"{name} ({trace.segment})"
-
-
-def _left(trace: Trace) -> np.ndarray:
-    return trace.measured_rad_s - trace.simulated_rad_s
 
 
 def _simulated(ax: Axes, trace: Trace, recording: Recording | None, columns: int) -> None:

@@ -15,9 +15,9 @@ from jaxmotor.present._causes import causes, probabilities
 from jaxmotor.present._fit import residuals, simulation
 from jaxmotor.present._learned import learned
 from jaxmotor.present._missing import missing
-from jaxmotor.present._open_and_closed import controller, step_trials
 from jaxmotor.present._save import save
 from jaxmotor.present._sine import position_drift, sine_fit
+from jaxmotor.present._validation import controller, step_trials
 from jaxmotor.recording import Recording
 from jaxmotor.validation import Validation
 
@@ -28,8 +28,7 @@ PAPER_SINE_HZ = 5.0
 def write_fit(fit: Fit, recording: Recording, folder: Path) -> list[Path]:
     """Write the model (`NAME.json`) and the figures of `fit` (`NAME-*.png`) into `folder`, and return their paths."""
     stem = Path(recording.name).stem
-    model = folder / f"{stem}.json"
-    write_text(model, json.dumps(to_json(fit), indent=2) + "\n")
+    model = write_text(folder / f"{stem}.json", json.dumps(to_json(fit), indent=2) + "\n")
     return [model, *_write(fit_figures(fit, recording), folder, stem)]
 
 
@@ -45,10 +44,10 @@ def write_diagnosis(diagnosis: Diagnosis, recording: Recording, folder: Path) ->
     written = _write(diagnosis_figures(diagnosis), folder, stem)
     if diagnosis.named:
         content = json.dumps(model_to_json(extended_model(diagnosis)), indent=2)
-        written.append(_text(folder / f"{stem}-extended.json", content + "\n"))
+        written.append(write_text(folder / f"{stem}-extended.json", content + "\n"))
     plans = [one.plan for one in diagnosis.experiments if one.plan is not None]
     for number, plan in enumerate(plans, 1):
-        written.append(_text(folder / f"{stem}-next-{number}.toml", plan))
+        written.append(write_text(folder / f"{stem}-next-{number}.toml", plan))
     return written
 
 
@@ -105,19 +104,8 @@ def picture(result: object) -> Figure | None:
 
 def nearest_sine(fit: Fit, recording: Recording) -> int | None:
     """The fitted sine segment whose frequency is nearest to the paper's; None where there is none."""
-    frequencies = {
-        index: float(recording.segments[index].parameters["frequency_Hz"])
-        for index in fit.fitted
-        if recording.segments[index].kind == "sine" and "frequency_Hz" in recording.segments[index].parameters
-    }
-    if not frequencies:
-        return None
-    return min(frequencies, key=lambda index: abs(math.log(frequencies[index] / PAPER_SINE_HZ)))
-
-
-def _text(path: Path, text: str) -> Path:
-    write_text(path, text)
-    return path
+    sines = {index: frequency for index in fit.fitted if (frequency := recording.segments[index].sine_Hz) is not None}
+    return min(sines, key=lambda index: abs(math.log(sines[index] / PAPER_SINE_HZ)), default=None)
 
 
 def _write(figures: dict[str, Figure], folder: Path, stem: str) -> list[Path]:

@@ -37,7 +37,7 @@ def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """
     figure, axes = panels(2, 4.6, columns=2, share_x=False, share_y=True, axes=axes)
     for ax, (coordinate, label) in zip(axes.flat, COORDINATES.items(), strict=True):
-        if not np.isfinite(along(diagnosis.missing, coordinate)).any():
+        if not np.isfinite(diagnosis.missing.along(coordinate)).any():
             ax.set(xlabel=f"{label.partition(' (')[0]}: not known", xticks=[])
             continue
         ax.set_xlabel(label)
@@ -53,16 +53,6 @@ def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
         ax.set_ylabel("Residual voltage (mV)")
     legend_below(axes, 3)
     return figure
-
-
-def along(volts: MissingVolts, coordinate: str) -> np.ndarray:
-    """(n,) one of `COORDINATES` of each window; NaN where it is not known."""
-    return {
-        "speed": volts.speed_rad_s,
-        "voltage": volts.input_V,
-        "angle": np.mod(volts.angle_rad, 2 * np.pi),
-        "time": volts.time_s,
-    }[coordinate]
 
 
 def bin_means(at: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -96,7 +86,7 @@ def _span(ax: Axes, diagnosis: Diagnosis) -> None:
 
 
 def _view(ax: Axes, volts: MissingVolts, coordinate: str, looks: tuple[_style.Look, _style.Look], name: str) -> None:
-    at = along(volts, coordinate)
+    at = volts.along(coordinate)
     known = np.isfinite(at)
     if not known.any():
         return

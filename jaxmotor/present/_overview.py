@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxmotor.present._style import BAND, BLUE, OnAxes, legend_above, panels, styled
-from jaxmotor.recording import Recording, Segment, angle_of
+from jaxmotor.recording import Recording, mean_speeds
 
 BINS = 700
 """As many as a screen can show."""
@@ -22,7 +22,7 @@ def overview(recording: Recording, *, axes: OnAxes = None) -> Figure:
     bins = int(np.clip(end / (2 * np.median(steps)), 1, BINS)) if len(steps) else 1
     edges = np.linspace(0.0, end, bins + 1)
     parts = [
-        (segment.start_s + segment.time_s[:-1], segment.volts[:-1], _speed(recording, segment))
+        (segment.start_s + segment.time_s[:-1], segment.volts[:-1], mean_speeds(recording, segment))
         for segment in recording.segments
         if len(segment) > 1
     ]
@@ -34,13 +34,6 @@ def overview(recording: Recording, *, axes: OnAxes = None) -> Figure:
     axes[-1, 0].set_xlabel("Time in the recording (s)")
     legend_above(axes[0, 0])
     return figure
-
-
-def _speed(recording: Recording, segment: Segment) -> np.ndarray:
-    """Mean speed from each row to the next [rad/s]."""
-    if segment.speed_rad_s is not None:
-        return segment.speed_rad_s[1:]
-    return np.diff(angle_of(recording, segment)) / np.diff(segment.time_s)
 
 
 def _envelope(ax: Axes, time: np.ndarray, values: np.ndarray, edges: np.ndarray) -> None:

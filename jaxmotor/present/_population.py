@@ -57,7 +57,7 @@ def _pair(ax: Axes, population: Population, across: int, up: int) -> None:
         label = "50 % and 99.9 % of them" if square == HALF else None
         ax.plot(*ellipse(population, across, up, square).T, color=GREY, linestyle=style, linewidth=1.0, label=label)
     index = {motor: k for k, motor in enumerate(population.motors)}
-    points = sizes(population, population.estimates)[:, [across, up]]
+    points = population.sizes(population.estimates)[:, [across, up]]
     for outlier in population.outliers[:MOST_NAMED]:
         place = points[index[outlier.motor]]
         ax.annotate(plain(outlier.motor, 20), place, xytext=(4, 3), textcoords="offset points", fontsize=7)
@@ -66,7 +66,7 @@ def _pair(ax: Axes, population: Population, across: int, up: int) -> None:
 
 
 def _points(ax: Axes, population: Population, chosen: list[int], rows: np.ndarray, look: Look) -> None:
-    points = sizes(population, population.estimates[rows])
+    points = population.sizes(population.estimates[rows])
     look = look | {"linestyle": "none", "markersize": 3, "markerfacecolor": "none", "markeredgewidth": 0.7}
     if len(population.motors) > MOST_BARS:
         ax.plot(*points[:, chosen].T, **look)
@@ -86,10 +86,10 @@ def _span(ax: Axes, points: np.ndarray) -> None:
 
 
 def _sorted(ax: Axes, population: Population) -> None:
-    points = np.sort(sizes(population, population.estimates)[:, 0])
+    points = np.sort(population.sizes(population.estimates)[:, 0])
     share = (np.arange(len(points)) + 0.5) / len(points)
     ax.plot(points, 100 * share, color=BLUE, linestyle="none", marker="o", markersize=3, label="motors")
-    ax.axvline(sizes(population, population.mean[None])[0, 0], **REFERENCE, label="mean")
+    ax.axvline(population.sizes(population.mean)[0], **REFERENCE, label="mean")
     ax.set(xlabel=LABELS[population.names[0]], ylabel="Motors below (%)")
 
 
@@ -101,10 +101,4 @@ def ellipse(population: Population, across: int, up: int, square: float) -> np.n
     circle = np.stack([np.cos(angle), np.sin(angle)])
     curve = np.tile(population.mean, (181, 1))
     curve[:, chosen] += (vectors * np.sqrt(square * np.maximum(values, 0.0)) @ circle).T
-    return sizes(population, curve)[:, chosen]
-
-
-def sizes(population: Population, values: np.ndarray) -> np.ndarray:
-    """From logarithms to sizes."""
-    logs = np.array(population.logarithmic)
-    return np.where(logs, np.exp(np.where(logs, values, 0.0)), values)
+    return population.sizes(curve)[:, chosen]

@@ -96,8 +96,8 @@ def sine_fit(recording: Recording, segment: int, *, pole_rad_s: float | None = N
     speed.plot(end[shown], paper[shown], label="paper's, at the tick's end", **PAPER)
     speed.set_ylabel("Speed (rad/s)")
     legend_above(speed, columns=3)
-    if recording.measured == "count" and recording.counts_per_rev is not None and window > 0:
-        count = 2 * np.pi / recording.counts_per_rev / window
+    if recording.measured == "count" and window > 0:
+        count = recording.count_rad / window
         left.axhspan(-count, count, label="± one count", **BAND)
     left.plot(middle[shown], (measured - ours)[shown], label="ours", **{**DOTS, "color": EXACT["color"]})
     left.plot(middle[shown], (measured - paper)[shown], label="paper's", **{**SQUARES, "color": PAPER["color"]})
@@ -110,8 +110,8 @@ def sine_fit(recording: Recording, segment: int, *, pole_rad_s: float | None = N
 
 def sine_curve(recording: Recording, segment: int, pole_rad_s: float | None = None) -> SineCurve:
     """Least squares of sin ωt, cos ωt, 1, t and exp(-a t) on the position, or without t on the speed."""
-    run = _sine_segment(recording, segment)
-    frequency, time = float(run.parameters["frequency_Hz"]), run.time_s
+    run, frequency = _sine_segment(recording, segment)
+    time = run.time_s
     values = angle_of(recording, run) if run.speed_rad_s is None else run.speed_rad_s
     angle = 2 * np.pi * frequency * time
     columns = [np.sin(angle), np.cos(angle), np.ones_like(time)]
@@ -151,17 +151,19 @@ def _window(recording: Recording) -> float:
     return recording.period_s or 0.0
 
 
-def _sine_segment(recording: Recording, segment: int) -> Segment:
+def _sine_segment(recording: Recording, segment: int) -> tuple[Segment, float]:
+    """The segment and its frequency [Hz]."""
     number = len(recording.segments)
     if not 0 <= segment < number:
         raise JaxmotorError(f"{recording.name}: there is no segment {segment}; they are 0 to {number - 1}")
     run = recording.segments[segment]
-    if run.kind != "sine" or "frequency_Hz" not in run.parameters:
+    frequency = run.sine_Hz
+    if frequency is None:
         raise JaxmotorError(
             f"{recording.name}: segment {segment} is of kind {run.kind!r}, not a sine of a stated frequency; "
             "choose another segment"
         )
-    return run
+    return run, frequency
 
 
 def _title(axes: np.ndarray, recording: Recording, curve: SineCurve) -> None:

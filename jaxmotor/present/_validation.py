@@ -1,6 +1,7 @@
 """Predicted beside measured on data that were not fitted: open loop and closed loop (the paper's Fig. 10 and 12).
 
-The figures take plain arrays, so that whoever predicts need not know how it is drawn.
+`step` and `closed_loop` take plain arrays, so that whoever predicts need not know how it is drawn; `step_trials` and
+`controller` draw what `jaxmotor.validation` found.
 """
 
 import dataclasses
@@ -26,6 +27,7 @@ from jaxmotor.present._style import (
     plain,
     styled,
 )
+from jaxmotor.validation import Band, ClosedLoop, StepTrials
 
 SYMBOLS = ((60, 3.0), (150, 1.8), (10**9, 1.2))
 """Size of the symbols [pt] for up to so many rows."""
@@ -120,6 +122,35 @@ def closed_loop(
     return figure
 
 
+def step_trials(trials: StepTrials, *, axes: OnAxes = None) -> Figure:
+    """The mean of the trials of one step with its band, beside the model (Fig. 10)."""
+    number = trials.trials
+    several = number > 1
+    measured, predicted = trials.measured, trials.predicted
+    return step(
+        Compared(trials.time_s, measured.mean, predicted.mean, _band(measured), _band(predicted)),
+        title=f"step of {trials.amplitude_V:.3g} V, held out",
+        measured_label=f"mean of {number} trials" if several else "measured, one trial",
+        band_label="95 % of the mean" if several else "95 %, encoder alone",
+        axes=axes,
+    )
+
+
+def controller(loop: ClosedLoop, *, axes: OnAxes = None) -> Figure:
+    """Speed and control effort of a closed loop, beside the model's (Fig. 12)."""
+    gain = f"k = {loop.gain_V_s_rad:.3g} V s/rad"
+    if loop.integral_gain_V_rad:
+        gain += f", {loop.integral_gain_V_rad:.3g} V/rad"
+    return closed_loop(
+        Compared(loop.time_s, loop.measured_speed_rad_s, loop.speed.mean, None, _band(loop.speed)),
+        Compared(loop.time_s, loop.measured_volts_V, loop.volts.mean, None, _band(loop.volts), held=True),
+        reference_rad_s=loop.reference_rad_s,
+        limit_V=loop.limit_V if np.isfinite(loop.limit_V) else None,
+        title=f"{loop.kind} control, {gain}, segment {loop.segment}, held out",
+        axes=axes,
+    )
+
+
 def _draw(ax: Axes, compared: Compared, labels: tuple[str, str, str, str]) -> None:
     measured, predicted, band, predicted_band = map(plain, labels)
     time = compared.time_s
@@ -172,3 +203,7 @@ def _signs(effort: Compared) -> tuple[float, ...]:
     smallest = min(np.nanmin(effort.measured, initial=0.0), np.nanmin(effort.predicted, initial=0.0))
     signs = [1.0] if largest >= -smallest else [-1.0]
     return tuple(signs if min(largest, -smallest) < 0.5 * max(largest, -smallest) else [1.0, -1.0])
+
+
+def _band(band: Band) -> tuple[np.ndarray, np.ndarray] | None:
+    return (band.low, band.high) if np.isfinite(band.low).any() and np.isfinite(band.high).any() else None

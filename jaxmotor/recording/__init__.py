@@ -14,7 +14,6 @@ from jaxmotor.recording._from_arrays import from_arrays as from_arrays
 from jaxmotor.recording._from_arrays import from_dataframe as from_dataframe
 from jaxmotor.recording._from_columns import from_columns as from_columns
 from jaxmotor.recording._from_columns import header_of as header_of
-from jaxmotor.recording._header import OWN_KEYS as OWN_KEYS
 from jaxmotor.recording._header import Header as Header
 from jaxmotor.recording._join import join as join
 from jaxmotor.recording._jumps import check_jumps as check_jumps
@@ -29,10 +28,13 @@ from jaxmotor.recording._recording import Recording as Recording
 from jaxmotor.recording._recording import RecordingError as RecordingError
 from jaxmotor.recording._recording import Segment as Segment
 from jaxmotor.recording._recording import angle_of as angle_of
+from jaxmotor.recording._recording import mean_speeds as mean_speeds
 from jaxmotor.recording._steady import import_steady as import_steady
 from jaxmotor.recording._steady import is_steady as is_steady
 from jaxmotor.recording._supply import logs_supply as logs_supply
 from jaxmotor.recording._supply import supplied as supplied
 from jaxmotor.recording._sysid import import_sysid as import_sysid
+from jaxmotor.recording._write import columns_of as columns_of
 from jaxmotor.recording._write import to_text as to_text
+from jaxmotor.recording._write import values_of as values_of
 from jaxmotor.recording._write import write as write

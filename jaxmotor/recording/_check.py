@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxmotor.recording._jumps import check_jumps
 from jaxmotor.recording._ranges import ranges
-from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._recording import Recording, RecordingError, Segment, mean_speeds
 from jaxmotor.recording._supply import begins_at_V, logs_supply
 
 SATURATED_SHARE = 0.2
@@ -76,8 +76,8 @@ def check_sines(recording: Recording) -> None:
     for index, segment in enumerate(recording.segments):
         if segment.kind != "sine":
             continue
-        frequency = segment.parameters.get("frequency_Hz")
-        if isinstance(frequency, bool) or not isinstance(frequency, int | float):
+        frequency = segment.sine_Hz
+        if frequency is None:
             raise RecordingError(
                 f"{recording.source}: segment {index} is a sine without frequency; add frequency_Hz = ... [Hz]"
             )
@@ -106,13 +106,13 @@ def warn_saturation(recording: Recording) -> list[str]:
 
 def warn_repetition(recording: Recording) -> list[str]:
     """Sines of which every few rows repeat exactly, and with them the rounding of the encoder."""
-    repeating = {}
-    for index, segment in enumerate(recording.segments):
-        frequency = segment.parameters.get("frequency_Hz")
-        if segment.kind != "sine" or segment.count is None or not isinstance(frequency, int | float):
-            continue
-        if _repeats_after(recording, segment, float(frequency)):
-            repeating[index] = float(frequency)
+    repeating = {
+        index: frequency
+        for index, segment in enumerate(recording.segments)
+        if segment.count is not None
+        and (frequency := segment.sine_Hz) is not None
+        and _repeats_after(recording, segment, frequency)
+    }
     if not repeating:
         return []
     first = next(iter(repeating.values()))
@@ -148,7 +148,7 @@ def warn_overlap(recording: Recording) -> list[str]:
 def warn_sign(recording: Recording) -> list[str]:
     """A shaft that turns against the voltage."""
     volts = np.concatenate([segment.volts[:-1] for segment in recording.segments])
-    speed = np.concatenate([_speed(recording, segment) for segment in recording.segments])
+    speed = np.concatenate([mean_speeds(recording, segment) for segment in recording.segments])
     if volts @ speed >= -0.1 * np.linalg.norm(volts) * np.linalg.norm(speed):
         return []
     return ["the motor turns against the voltage; swap the sign of the input or of the output"]
@@ -231,10 +231,3 @@ def _repeating(turns_per_row: float, rows: int) -> int:
     turns = Fraction(turns_per_row)
     ratio = turns.limit_denominator(min(rows // 3, 400))
     return ratio.denominator if abs(turns - ratio) * rows < 1e-6 else 0
-
-
-def _speed(recording: Recording, segment: Segment) -> np.ndarray:
-    """(n - 1,) speed from each row to the next, in whatever unit."""
-    if recording.measured == "speed":
-        return segment.shaft[1:]
-    return np.diff(segment.shaft) / np.diff(segment.time_s)

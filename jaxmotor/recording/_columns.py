@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
-from jaxmotor.recording._text import NUMBER, fault
+from jaxmotor.recording._text import NUMBER, check_names, fault
 
 MAX_TICK = 20_000_000
 INTEGERS = {"segment": 10**6, "tick": MAX_TICK, "duty": 10**12, "count": 2**62}
@@ -28,12 +28,9 @@ def parse_names(line: str, source: str, number: int) -> list[str]:
     **Raises:** `RecordingError` where one is missing, doubled, or excludes another.
     """
     names = [name.strip() for name in line.split(",")]
-    if all(NUMBER.fullmatch(name) for name in names):
-        raise fault(source, number, "numbers where the column names are expected; put a line such as segment,tick,...")
-    doubled = [name for name in names if names.count(name) > 1]
-    if "" in names or doubled:
-        what = f"column {shown(doubled[0])} stands twice" if doubled and doubled[0] else "a column has no name"
-        raise fault(source, number, f"{what}; name each column once")
+    check_names(names, source, number, "put a line such as segment,tick,...")
+    if "" in names:
+        raise fault(source, number, "a column has no name; name each column once")
     if wrong := wrong_names(names):
         raise fault(source, number, wrong)
     return names
@@ -65,16 +62,19 @@ def parse_rows(body: str, names: list[str], source: str, first: int) -> dict[str
         columns = _parse_fast(body, names)
     except (ValueError, OverflowError, Warning):
         raise _first_fault(body, names, source, first) from None
-    for name, limit in (INTEGERS | FLOATS).items():
-        if name in columns:
-            # `abs` of the least integer is itself
-            bad = ~((columns[name] <= limit) & (columns[name] >= -limit))
-            if name in SPARSE:
-                bad &= ~np.isnan(columns[name])
-            if bad.any():
-                row = int(np.argmax(bad))
-                raise fault(source, first + row, _beyond(name, str(columns[name][row])))
+    for name in INTEGERS | FLOATS:
+        if name in columns and (bad := beyond(name, columns[name])).any():
+            row = int(np.argmax(bad))
+            raise fault(source, first + row, _beyond(name, str(columns[name][row])))
     return columns
+
+
+def beyond(name: str, column: np.ndarray) -> np.ndarray:
+    """(n,) whether a cell of the column `name` is more than can be meant, or no number."""
+    limit = (INTEGERS | FLOATS)[name]
+    # `abs` of the least integer is itself
+    bad = ~((column <= limit) & (column >= -limit))
+    return bad & ~np.isnan(column) if name in SPARSE else bad
 
 
 def _parse_fast(body: str, names: list[str]) -> dict[str, np.ndarray]:

@@ -15,7 +15,7 @@ from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._supply import supplied
 from jaxmotor.recording._table import Table, read_table
 from jaxmotor.recording._text import about_log
-from jaxmotor.recording._units import Input, Scale, split_input, split_time, split_unit
+from jaxmotor.recording._units import Input, Scale, positive, split_input, split_time, split_unit
 
 MAX_LABELS = 10_000
 FINEST_DUTY = 9
@@ -77,7 +77,8 @@ def import_log(
     names = list(table.cells)
     with about_log(table.source):
         table, bounds, labels = _segments(table, segment, drop_first)
-        stamps = _stamps(table, *split_time(time, names))
+        clock, unit_s = split_time(time, names)
+        stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
         _check_time(table, stamps[0], bounds)
         stated_input = split_input(input, names)
         measured = None if supply is None else _supply(table, supply, names)
@@ -129,20 +130,10 @@ def _how(path: Path, input_acts: str, stated: dict[str, str | None]) -> dict[str
     return {"log": path.name} | acts | {key: value for key, value in stated.items() if value is not None}
 
 
-def positive(value: float | int | None, flag: str) -> float | None:
-    if value is not None and not 0 < value < np.inf:
-        raise RecordingError(f"{flag} is {value}; it is a positive number")
-    return None if value is None else float(value)
-
-
 def _window(value: float | int | None) -> float | None:
     if value is not None and not 0 <= value < np.inf:
         raise RecordingError(f"--speed-window is {value}; give seconds, 0 for an instantaneous speed")
     return None if value is None else float(value)
-
-
-def _stamps(table: Table, column: str, unit_s: float) -> tuple[np.ndarray, float]:
-    return table.since_first(column) * unit_s, table.resolution(column) * unit_s
 
 
 def _supply(table: Table, stated: str, names: list[str]) -> np.ndarray:

@@ -5,12 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from jaxmotor.recording._columns import FLOATS, INTEGERS, SPARSE, wrong_names
+from jaxmotor.recording._columns import FLOATS, INTEGERS, beyond, wrong_names
 from jaxmotor.recording._header import FORMAT, Header, parse_header
 from jaxmotor.recording._read import assemble, check_needs
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._text import limit_rows
-from jaxmotor.recording._toml import toml_lines
+from jaxmotor.recording._toml import header_lines
 
 
 def header_of(values: Mapping[str, Any], source: str) -> Header:
@@ -18,14 +18,8 @@ def header_of(values: Mapping[str, Any], source: str) -> Header:
 
     **Raises:** `RecordingError`.
     """
-    tables = values.get("segment", [])
-    lines = toml_lines({key: value for key, value in values.items() if key != "segment"})
-    if isinstance(tables, list) and all(isinstance(table, dict) for table in tables):
-        for table in tables:
-            lines += ["[[segment]]", *toml_lines(table)]
-    else:
-        lines += toml_lines({"segment": tables})
-    return parse_header([f"# jaxmotor recording {FORMAT}", *(f"# {line}" for line in lines)], source)
+    lines = (f"# {line}" for line in header_lines(values))
+    return parse_header([f"# jaxmotor recording {FORMAT}", *lines], source)
 
 
 def from_columns(header: Header, columns: Mapping[str, np.ndarray], source: str) -> Recording:
@@ -52,16 +46,13 @@ def _numbers(name: str, column: np.ndarray, source: str) -> np.ndarray:
     """`column` as int64 or float64. A missing cell is no number."""
     if column.dtype.kind not in "iuf":
         raise RecordingError(f"{source}: column {name!r} holds {column.dtype}, not numbers; export it again")
-    limit = (INTEGERS | FLOATS)[name]
-    bad = ~(np.abs(column.astype(float)) <= limit)
-    if name in SPARSE:
-        bad &= ~np.isnan(column.astype(float))
+    bad = beyond(name, column.astype(float))
     if name in INTEGERS and column.dtype.kind == "f":
         bad |= column != np.round(column)
     if bad.any():
         row = int(np.argmax(bad))
-        what = "a whole number" if name in INTEGERS else "a finite number"
-        raise _row_fault(source, row, f"{name} is {column[row]}, not {what} of at most {limit:g}; correct it")
+        what = f"a {'whole' if name in INTEGERS else 'finite'} number of at most {(INTEGERS | FLOATS)[name]:g}"
+        raise _row_fault(source, row, f"{name} is {column[row]}, not {what}; correct it")
     return np.ascontiguousarray(column, np.int64 if name in INTEGERS else np.float64)
 
 

@@ -1,6 +1,5 @@
 """The unit in which the shaft was logged, for messages."""
 
-import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -19,7 +18,7 @@ class LogUnit(NamedTuple):
 def log_unit(recording: Recording) -> LogUnit:
     """The unit of the log that `recording` was imported from; counts, rad or rad/s where it was not."""
     if recording.measured == "count":
-        return LogUnit("counts", 2 * math.pi / (recording.counts_per_rev or 1.0))
+        return LogUnit("counts", recording.count_rad)
     imported = recording.header.get("imported")
     stated = imported.get(recording.measured) if isinstance(imported, Mapping) else None
     name = str(stated).rpartition(":")[2]

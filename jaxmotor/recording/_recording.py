@@ -59,6 +59,12 @@ class Segment:
         return len(self.time_s)
 
     @property
+    def sine_Hz(self) -> float | None:
+        """Frequency of a sine, as its header states it [Hz]; None where it does not, and of other kinds."""
+        stated = self.parameters.get("frequency_Hz") if self.kind == "sine" else None
+        return float(stated) if isinstance(stated, int | float) and not isinstance(stated, bool) else None
+
+    @property
     def shaft(self) -> np.ndarray:
         """(n,) `count`, `angle_rad` or `speed_rad_s`, whichever was logged. **Raises:** `RecordingError` without."""
         for column in (self.count, self.angle_rad, self.speed_rad_s):
@@ -102,6 +108,11 @@ class Recording(Shown):
         return "angle" if first.angle_rad is not None else "speed"
 
     @property
+    def count_rad(self) -> float:
+        """One count [rad]; a turn where counts per turn are not known."""
+        return 2 * np.pi / (self.counts_per_rev or 1.0)
+
+    @property
     def name(self) -> str:
         """File name without its folder."""
         return Path(self.source).name
@@ -128,10 +139,16 @@ class Recording(Shown):
         return (", ".join(f"{kind}: {count}" for kind, count in number.items()),)
 
 
+def mean_speeds(recording: Recording, segment: Segment) -> np.ndarray:
+    """(n - 1,) from each row to the next [rad/s]; of logged speeds that of the next."""
+    if segment.speed_rad_s is not None:
+        return segment.speed_rad_s[1:]
+    return np.diff(angle_of(recording, segment)) / np.diff(segment.time_s)
+
+
 def angle_of(recording: Recording, segment: Segment) -> np.ndarray:
     """(n,) angle since the first row of `segment`, where counts or angles were logged [rad]."""
     if segment.count is not None:
-        assert recording.counts_per_rev is not None
-        return (segment.count - segment.count[0]) * (2 * np.pi / recording.counts_per_rev)
+        return (segment.count - segment.count[0]) * recording.count_rad
     assert segment.angle_rad is not None
     return segment.angle_rad - segment.angle_rad[0]

@@ -6,12 +6,12 @@ from typing import Literal
 
 import numpy as np
 
-from jaxmotor.recording._foreign import input_of, positive
+from jaxmotor.recording._foreign import input_of
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._table import read_table
 from jaxmotor.recording._text import about_log, limit_rows
-from jaxmotor.recording._units import Scale, split_input
+from jaxmotor.recording._units import Scale, positive, split_input
 
 HOLD_S = 2.0
 PAUSE_S = 1.0
@@ -45,7 +45,7 @@ def import_steady(
     """
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     period, hold = positive(period_s, "--period"), positive(hold_s, "--steady")
-    positive(supply_V, "--supply")
+    supply_V = positive(supply_V, "--supply")
     assert period is not None and hold is not None
     ticks = round(hold / period) + 1
     if ticks < 3:
@@ -75,7 +75,7 @@ def import_steady(
         source=table.source,
         period_s=period,
         counts_per_rev=scale.counts_per_rev,
-        supply_V=None if supply_V is None else float(supply_V),
+        supply_V=supply_V,
         speed_window_s=None if speed_window_s is None else float(speed_window_s),
         drive=drive,
         header={"imported": {"log": Path(path).name, "input": input, "speed": speed}},

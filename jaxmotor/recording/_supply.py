@@ -8,7 +8,7 @@ import dataclasses
 
 import numpy as np
 
-from jaxmotor.recording._recording import Recording, Segment
+from jaxmotor.recording._recording import Recording, Segment, mean_speeds
 from jaxmotor.recording._supply_law import mean_supply, resolution_V
 from jaxmotor.recording._supply_rows import LEAST, SupplyRows
 
@@ -89,15 +89,9 @@ def _mean_speeds(recording: Recording, segment: Segment) -> np.ndarray:
     """(n,) from each row to the next [rad/s]; the last one's is that before it."""
     if len(segment) < 2:
         return np.zeros(len(segment))
-    if segment.speed_rad_s is not None:
-        speed = segment.speed_rad_s
-        # The mean over the time before a row is that of the row before it.
-        mean = speed[1:] if recording.speed_window_s else (speed[1:] + speed[:-1]) / 2
-    elif segment.count is not None:
-        mean = np.diff(segment.count) * (2 * np.pi / (recording.counts_per_rev or 1.0)) / np.diff(segment.time_s)
-    else:
-        assert segment.angle_rad is not None
-        mean = np.diff(segment.angle_rad) / np.diff(segment.time_s)
+    speed, mean = segment.speed_rad_s, mean_speeds(recording, segment)
+    if speed is not None and not recording.speed_window_s:
+        mean = (speed[1:] + speed[:-1]) / 2  # else the mean over the time before a row is that of the row before it
     return np.append(mean, mean[-1])
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from jaxmotor.recording._log import Log, assemble
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._table import Table, read_table
-from jaxmotor.recording._units import Scale, angle_factor
+from jaxmotor.recording._units import Scale, angle_factor, positive
 
 ROUND_S = 1e-3
 """Rows less than this apart belong to one round of the robot's loop [s]."""
@@ -68,9 +68,7 @@ def _factor(units: str | None, wheel_radius_m: float | int | None, source: str) 
     if units not in UNITS:
         stated = "states no units" if units is None else f"has units {units!r}, which are not known"
         raise RecordingError(f"{source}: the export {stated}; give --units {'|'.join(UNITS)}")
-    if wheel_radius_m is not None and not 0 < wheel_radius_m < np.inf:
-        raise RecordingError(f"--wheel-radius is {wheel_radius_m}; it is a positive number [m]")
-    return angle_factor(UNITS[units], Scale(wheel_radius_m=None if wheel_radius_m is None else float(wheel_radius_m)))
+    return angle_factor(UNITS[units], Scale(wheel_radius_m=positive(wheel_radius_m, "--wheel-radius")))
 
 
 def _one(table: Table, pattern: re.Pattern[str], what: str) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 
 from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
-from jaxmotor.recording._text import NUMBER, fault, limit_rows, load, text_of
+from jaxmotor.recording._text import NUMBER, check_names, fault, limit_rows, load, text_of
 
 DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
 COMMENTS = ("#", "%")
@@ -180,7 +180,7 @@ def read_table(path: Path, *, columns: str | None = None, drop: int = 0, decimal
     marks = [mark for mark in DELIMITERS if not (decimal_comma and mark == ",")]
     find = _above_names if columns is None else _stated_names
     names, first, delimiter = find(lines, top, marks, columns or "", source)
-    _check_names(names, source, first)
+    check_names(names, source, first, "put names above them, or state --columns")
     first += drop
     if first >= len(lines):
         raise RecordingError(f"{source}: {NOTHING}")
@@ -284,16 +284,6 @@ def _with_points(table: Table) -> Table:
                 raise table.fault(row, f"{name} is {shown(cell)}, with a point where commas are decimal; export plain")
     cells = {name: [cell.replace(",", ".") for cell in column] for name, column in table.cells.items()}
     return Table(table.source, table.lines, cells)
-
-
-def _check_names(names: list[str], source: str, line: int) -> None:
-    if all(NUMBER.fullmatch(name) for name in names):
-        raise fault(
-            source, line, "numbers where the column names are expected; put names above them, or state --columns"
-        )
-    doubled = [name for name in names if name and names.count(name) > 1]
-    if doubled:
-        raise fault(source, line, f"column {shown(doubled[0])} stands twice; name each column once")
 
 
 def _check_widths(rows: list[list[str]], lines: list[str], width: int, source: str, first: int) -> None:

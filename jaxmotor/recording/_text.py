@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from jaxmotor._files import read_bytes
+from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
 
 MAX_BYTES = 400_000_000
@@ -66,6 +67,15 @@ def text_of(data: bytes, source: str) -> str:
     if (stray := text.find("\r")) >= 0:
         raise fault(source, text.count("\n", 0, stray) + 1, "a stray carriage return; end lines with a newline")
     return text
+
+
+def check_names(names: list[str], source: str, line: int, remedy: str) -> None:
+    """**Raises:** `RecordingError` where column `names` are numbers, and what the `remedy` is, or one stands twice."""
+    if all(NUMBER.fullmatch(name) for name in names):
+        raise fault(source, line, f"numbers where the column names are expected; {remedy}")
+    doubled = [name for name in names if name and names.count(name) > 1]
+    if doubled:
+        raise fault(source, line, f"column {shown(doubled[0])} stands twice; name each column once")
 
 
 def limit_rows(rows: int, source: str) -> None:

@@ -30,6 +30,18 @@ def toml_lines(values: Mapping[str, Any]) -> list[str]:
     return lines
 
 
+def header_lines(values: Mapping[str, Any]) -> list[str]:
+    """`values` as the lines of a header; each table of the key `segment` stands under a [[segment]] of its own.
+
+    **Raises:** `RecordingError`, as `toml_lines`.
+    """
+    tables = values.get("segment", [])
+    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+        return toml_lines(values)
+    lines = toml_lines({key: value for key, value in values.items() if key != "segment"})
+    return lines + [line for table in tables for line in ("[[segment]]", *toml_lines(table))]
+
+
 def _key(key: Any) -> str:
     if not isinstance(key, str):
         raise TypeError(f"the key {key!r} is not text")

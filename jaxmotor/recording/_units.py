@@ -22,6 +22,13 @@ class Scale:
     wheel_radius_m: float | None = None
 
 
+def positive(value: float | int | None, flag: str) -> float | None:
+    """**Raises:** `RecordingError` where the number that the option `flag` gives is not positive."""
+    if value is not None and not 0 < value < math.inf:
+        raise RecordingError(f"{flag} is {value}; it is a positive number")
+    return None if value is None else float(value)
+
+
 def angle_factor(unit: str, scale: Scale) -> float:
     """Radians per `unit`.
 

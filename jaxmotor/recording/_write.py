@@ -3,6 +3,7 @@
 import os
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from jaxmotor.recording._columns import FLOATS, INTEGERS
 from jaxmotor.recording._header import FORMAT, OWN_KEYS, OWN_SEGMENT_KEYS
 from jaxmotor.recording._read import parse
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
-from jaxmotor.recording._toml import toml_lines
+from jaxmotor.recording._toml import header_lines
 
 _UNSAFE = re.compile("[,\r\n\0]")
 
@@ -47,30 +48,49 @@ def to_text(recording: Recording) -> str:
             )
     supplies = [segment.supply_V for segment in recording.segments if segment.supply_V is not None]
     version = FORMAT if any(np.isnan(supply).any() for supply in supplies) else 1
-    lines = [f"# jaxmotor recording {version}", *_header(recording), _names(recording, names)]
+    header = (f"# {line}" for line in header_lines(values_of(recording)))
+    lines = [f"# jaxmotor recording {version}", *header, _names(recording, names)]
     for table in tables:
         lines += map(",".join, zip(*table.values(), strict=True))
     return "\n".join(lines) + "\n"
 
 
-def _header(recording: Recording) -> list[str]:
+def values_of(recording: Recording) -> dict[str, Any]:
+    """The header of `recording`: its keys, and the key `segment` with a table for each segment.
+
+    **Raises:** `RecordingError` for a key that is the format's own.
+    """
     clash = {"segment", *OWN_KEYS} & set(recording.header)
     if clash:
         raise RecordingError(f"{recording.source}: header key {min(clash)!r} is the format's own; rename it")
     own = {key: getattr(recording, key) for key in OWN_KEYS}
     own = {key: value for key, value in own.items() if value is not None and value is not False}
-    lines = toml_lines({**own, **recording.header})
-    for index, segment in enumerate(recording.segments):
-        lines += ["[[segment]]", *_segment_header(recording, index, segment)]
-    return [f"# {line}" for line in lines]
+    tables = [_segment_values(recording, index, segment) for index, segment in enumerate(recording.segments)]
+    return {**own, **recording.header, "segment": tables}
 
 
-def _segment_header(recording: Recording, index: int, segment: Segment) -> list[str]:
+def columns_of(segment: Segment) -> dict[str, np.ndarray]:
+    """The columns that hold `segment`, but for its number and for those that the format does not know."""
+    columns = {
+        "tick": segment.tick,
+        "time_s": segment.time_s if segment.tick is None else None,
+        "duty": segment.duty,
+        "volts": segment.volts if segment.duty is None else None,
+        "count": segment.count,
+        "angle_rad": segment.angle_rad,
+        "speed_rad_s": segment.speed_rad_s,
+        "supply_mV": None if segment.supply_V is None else _milli(segment.supply_V),
+        "current_A": segment.current_A,
+    }
+    return {name: column for name, column in columns.items() if column is not None}
+
+
+def _segment_values(recording: Recording, index: int, segment: Segment) -> dict[str, Any]:
     clash = set(OWN_SEGMENT_KEYS) & set(segment.parameters)
     if clash:
         raise RecordingError(f"{recording.source}: segment {index} has {min(clash)!r} as a parameter; rename it")
     rest = {} if segment.at_rest else {"at_rest": False}
-    return toml_lines({"kind": segment.kind, "start_s": segment.start_s, **rest, **segment.parameters})
+    return {"kind": segment.kind, "start_s": segment.start_s, **rest, **segment.parameters}
 
 
 def _names(recording: Recording, names: list[str]) -> str:
@@ -86,11 +106,7 @@ def _columns(index: int, segment: Segment) -> dict[str, list[str]]:
     if clash:
         raise RecordingError(f"segment {index}: the extra column {min(clash)!r} is the format's own; rename it")
     table = {"segment": [str(index)] * len(segment)}
-    table |= _either(segment, "tick", "time_s") | _either(segment, "duty", "volts")
-    for name in ("count", "angle_rad", "speed_rad_s"):
-        table |= _cells(name, getattr(segment, name))
-    table |= _cells("supply_mV", None if segment.supply_V is None else _milli(segment.supply_V))
-    table |= _cells("current_A", segment.current_A)
+    table |= {name: _cells(name, column) for name, column in columns_of(segment).items()}
     table |= {name: _text_cells(name, column) for name, column in segment.extra.items()}
     if len({len(cells) for cells in table.values()}) > 1:
         lengths = ", ".join(f"{name} {len(cells)}" for name, cells in table.items())
@@ -98,17 +114,10 @@ def _columns(index: int, segment: Segment) -> dict[str, list[str]]:
     return table
 
 
-def _either(segment: Segment, logged: str, otherwise: str) -> dict[str, list[str]]:
-    column = getattr(segment, logged)
-    return _cells(otherwise, getattr(segment, otherwise)) if column is None else _cells(logged, column)
-
-
-def _cells(name: str, column: np.ndarray | None) -> dict[str, list[str]]:
-    if column is None:
-        return {}
+def _cells(name: str, column: np.ndarray) -> list[str]:
     if name in INTEGERS and not np.issubdtype(column.dtype, np.integer):
         raise RecordingError(f"column {name!r} holds {column.dtype}; give whole numbers")
-    return {name: list(map(str if name in INTEGERS else repr, column.tolist()))}
+    return list(map(str if name in INTEGERS else repr, column.tolist()))
 
 
 def _text_cells(name: str, column: np.ndarray) -> list[str]:

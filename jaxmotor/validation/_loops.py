@@ -33,10 +33,10 @@ def run_loops(
     `now` is that of its law, `reading` (batch,) where in a count each encoder begins; where `ideal` (batch,) neither
     counts nor duties are rounded.
     """
-    period, counts, angles = recording.period_s, recording.counts_per_rev, shaft_angles(recording)
+    period, angles = recording.period_s, shaft_angles(recording)
     assert period is not None
     instantaneous = recording.measured == "speed" and recording.speed_window_s == 0.0
-    count_rad = np.where(ideal, 0.0, 2 * np.pi / counts if counts else 0.0)
+    count_rad = np.where(ideal, 0.0, recording.count_rad if recording.counts_per_rev else 0.0)
     law = each(controller.law(now), len(ideal))._replace(step_V=np.where(ideal, 0.0, controller.step_V))
     steps = steps_per_row(period, float(np.asarray(motors.linear.pole)[0]))
     angle = 0.0 if angles is None else float(angles[index][0])

@@ -53,16 +53,11 @@ def score_of(
     """Of all rows of `packed`, or of one segment's; `residual` (lane, row) is measured minus simulated [units]."""
     cells = packed.lanes.valid if segment is None else packed.lanes.valid & (packed.segment_of == segment)
     square = float((residual[cells] ** 2).mean())
-    off = np.concatenate([trace.measured_rad_s - trace.simulated_rad_s for trace in traces])
+    off = np.concatenate([trace.residual_rad_s for trace in traces])
     return Score(
         samples=int(cells.sum()),
-        fit_percent=fit_percent(traces) if _varies(traces) else float("nan"),
+        fit_percent=fit_percent(traces),
         rmse_rad_s=float(np.sqrt((off**2).mean())),
         rmse_counts=float(np.sqrt(square)) if recording.measured == "count" else float("nan"),
         chi2_per_sample=chi2_per_sample(packed, residual, cells),
     )
-
-
-def _varies(traces: tuple[Trace, ...]) -> bool:
-    measured = np.concatenate([trace.measured_rad_s for trace in traces])
-    return bool(np.ptp(measured) > 1e-9 * np.abs(measured).max())

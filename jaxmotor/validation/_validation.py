@@ -188,6 +188,12 @@ class ClosedLoop(LoopRun):
     """Share of ticks at the limit."""
     notes: tuple[str, ...]
 
+    @property
+    def gains(self) -> str:
+        """Its controller, for people."""
+        integral = f" + {self.integral_gain_V_rad:.3g} V/rad" if self.kind == "PI" else ""
+        return f"{self.kind} {self.gain_V_s_rad:.3g} V s/rad{integral}"
+
 
 @dataclasses.dataclass(frozen=True)
 class Skipped:

@@ -18,6 +18,7 @@ from jaxmotor.words._effects import spoken as spoken
 from jaxmotor.words._findings import LOOP as LOOP
 from jaxmotor.words._findings import RPM as RPM
 from jaxmotor.words._findings import cause as cause
+from jaxmotor.words._findings import compared as compared
 from jaxmotor.words._findings import either as either
 from jaxmotor.words._findings import equals as equals
 from jaxmotor.words._findings import floor as floor

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
 from jaxmotor.estimate import Noise
 from jaxmotor.recording import ranges
+from jaxmotor.validation import ClosedLoop, Comparison, StepTrials
 from jaxmotor.words._effects import family_of, named
 
 RPM = 60 / (2 * math.pi)
@@ -125,9 +126,20 @@ def loop_of(gain: LoopGain) -> str:
     return f"{loop.kind} loop of segment {loop.segment} at {loop.reference_rad_s:.3g} rad/s ({known})"
 
 
-LOOP = (
-    ("steady_error_rad_s", "steady error", 1.0, "rad/s"),
-    ("overshoot_percent", "overshoot", 1.0, "%"),
+COMPARED = (
     ("rise_time_s", "rise time", 1e3, "ms"),
+    ("final_speed_rad_s", "final speed", 1.0, "rad/s"),
+    ("overshoot_percent", "overshoot", 1.0, "%"),
+    ("steady_speed_rad_s", "steady speed", 1.0, "rad/s"),
+    ("steady_error_rad_s", "steady error", 1.0, "rad/s"),
+    ("saturated_percent", "saturated", 1.0, "% of ticks"),
 )
-"""What is told of a closed loop: attribute, name, factor and unit for people."""
+"""What is told of a step and a closed loop: attribute, name, factor and unit for people."""
+LOOP = (COMPARED[4], COMPARED[2], COMPARED[0])
+"""What is told of a closed loop by which motors are compared."""
+
+
+def compared(found: StepTrials | ClosedLoop) -> list[tuple[str, str, Comparison, float]]:
+    """Name, unit, comparison and factor of each of `COMPARED` that `found` has."""
+    has = [each for each in COMPARED if hasattr(found, each[0])]
+    return [(name, unit, getattr(found, attribute), factor) for attribute, name, factor, unit in has]

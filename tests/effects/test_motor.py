@@ -169,6 +169,11 @@ def test_experiments_end_to_end_do_not_know_of_each_other():
         np.testing.assert_allclose(found, np.concatenate(expected), atol=1e-12)
 
 
+def winding_alone(back):
+    """The current of a winding, in volts across the cold one, and its slope over the speed."""
+    return lambda volts, speed, time, rise: ((volts - back * speed) / (1 + rise), -back / (1 + rise))
+
+
 def test_a_winding_stays_warm_between_experiments_and_cools_in_pauses():
     at = motor("winding_heating")
     [heating] = at.effects
@@ -180,13 +185,14 @@ def test_a_winding_stays_warm_between_experiments_and_cools_in_pauses():
     back = (1 - at.viscous_share) / at.linear.gain
     speed = found.turn / PERIOD
     exact = MeasuredLog(cut.volts, speed, cut.time, None, number(PERIOD), number(SUPPLY), number(0.0))
-    warmth = heating.history(exact, back, number(np.inf))  # an infinitely fast motor brakes without heat
+    alone = winding_alone(back)
+    warmth = heating.history(exact, back, number(np.inf), alone)  # an infinitely fast motor brakes without heat
     known = run(at, cut._replace(warmth=warmth))
     np.testing.assert_allclose(known.turn, found.turn, atol=2e-5)
     np.testing.assert_array_equal(found.turn[:200], cold.turn[:200])
     assert np.abs(found.turn - cold.turn)[200:].max() > 2e-4
     assert 0 < warmth[200] < warmth[199] * np.exp(-3.9 / 5.0)
-    braked = heating.history(exact, back, at.linear.pole)[200] - warmth[200]
+    braked = heating.history(exact, back, at.linear.pole, alone)[200] - warmth[200]
     energy = (back * speed[199] / SUPPLY) ** 2 / (2 * at.linear.pole)
     np.testing.assert_allclose(braked, 2.0 / 5.0 * energy * np.exp(-4.0 / 5.0), rtol=0.05)
 
@@ -225,11 +231,11 @@ def test_rounding_does_not_heat_a_winding():
     size, deviation = 4000, 3.0
     volts, speed, time = np.full(size, 5.0), np.full(size, 20.0), np.arange(size) * PERIOD
     noisy = speed + deviation * (-1.0) ** np.arange(size)
-    about = (None, number(PERIOD), number(SUPPLY))
+    about, back = (None, number(PERIOD), number(SUPPLY)), number(0.09)
 
     def end(speed, variance):
         measured_log = MeasuredLog(number(volts), number(speed), number(time), *about, number(variance))
-        return float(heating.history(measured_log, number(0.09), number(40.0))[-1])
+        return float(heating.history(measured_log, back, number(40.0), winding_alone(back))[-1])
 
     exact = end(speed, 0.0)
     assert abs(end(noisy, deviation**2) / exact - 1) < 0.0015

@@ -10,7 +10,6 @@ from made import COUNTS, FREQUENCIES, PERIOD, counted, held, motion, plan, recor
 from scipy.optimize import minimize
 
 from jaxmotor.estimate import fit_response
-from jaxmotor.estimate._identify import as_sines
 from jaxmotor.estimate._paper import fit_paper, fit_paper_pole
 from jaxmotor.estimate._sine_data import sine_data
 from jaxmotor.estimate._sine_fit import fit_sines
@@ -22,7 +21,7 @@ TIGHT = {"xatol": 1e-11, "fatol": 1e-13, "maxiter": 4000, "maxfev": 8000}
 
 def response_of(recorded):
     data = sine_data(recorded, tuple(range(len(recorded.segments))))
-    return eqx.filter_jit(fit_sines)(as_sines(data))[0]
+    return eqx.filter_jit(fit_sines)(data)[0]
 
 
 def true_motor(gain=11.0, pole=40.0):

@@ -1,5 +1,6 @@
 """Data sets: folders, Parquet files cut anywhere, and what can be wrong with them."""
 
+import dataclasses
 import json
 import os
 
@@ -34,6 +35,28 @@ def test_parquet_gives_back_what_was_written(tmp_path):
     assert [entry.motor for entry in entries] == list(given)
     for entry in entries:
         assert_equal(entry.recording, given[entry.motor])
+
+
+def with_supply(recording, mean_V):
+    """`recording` with a supply that was logged beside it."""
+    noise = np.random.default_rng(3)
+    segments = [
+        dataclasses.replace(one, supply_V=np.round(mean_V + 0.05 * noise.standard_normal(len(one)), 3))
+        for one in recording.segments
+    ]
+    return dataclasses.replace(recording, segments=tuple(segments))
+
+
+def test_parquet_keeps_the_supply_that_was_logged(tmp_path):
+    given = with_supply(short(1), 7.4)
+    write_parquet([("m", given)], tmp_path / "f.parquet")
+    [entry] = all_of(open_dataset(tmp_path / "f.parquet"))
+    for a, b in zip(entry.recording.segments, given.segments, strict=True):
+        np.testing.assert_array_equal(a.supply_V, b.supply_V)
+    jm.write(given, tmp_path / "f.csv")
+    assert_equal(entry.recording, jm.read(tmp_path / "f.csv"))
+    with pytest.raises(jm.JaxmotorError, match="other columns"):
+        write_parquet([("m", given), ("n", short(1))], tmp_path / "two.parquet")
 
 
 @pytest.mark.parametrize("group", [37, 500, 1000, 5000])

@@ -212,28 +212,19 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
         final = self.rise_ratio * square * (1 + memory)
         return memory - (final - memory) * jnp.expm1(-duration / self.time_constant_s)
 
-    def history(
-        self, log: "MeasuredLog", back: Scalar, pole: Scalar, current: "CurrentLaw | None" = None
-    ) -> Float[Array, " n"]:
+    def history(self, log: "MeasuredLog", back: Scalar, pole: Scalar, current: "CurrentLaw") -> Float[Array, " n"]:
         """x at each row of a whole recording, in the order in which it was measured.
 
-        `back` is the back-EMF per speed [V s/rad], `pole` the motor's [rad/s]; `current` holds the other laws of the
-        current, if there are any. In the pauses between experiments the bridge brakes: what turned when the last one
-        ended, heats the winding by (r/τ) (back w/Vs)²/(2 a).
+        `back` is the back-EMF per speed [V s/rad], `pole` the motor's [rad/s]. In the pauses between experiments the
+        bridge brakes: what turned when the last one ended, heats the winding by (r/τ) (back w/Vs)²/(2 a).
         """
-
-        def alone(volts: Scalar, speed: Scalar, time: Scalar, rise: Scalar) -> tuple[Scalar, Scalar]:
-            del time
-            return (volts - back * speed) / (1 + rise), -back / (1 + rise)
-
-        law = current or alone
 
         def row(carry: tuple[Scalar, Scalar], now: tuple[Scalar, ...]) -> tuple[tuple[Scalar, Scalar], Scalar]:
             x, before = carry
             volts, speed, time, pause = now
             braked = self.rise_ratio / self.time_constant_s * (back * before / log.supply) ** 2 / (2 * pole)
             x = self.begin(x + jnp.where(pause > 0, braked, 0.0), speed, pause)
-            q, slope = law(volts, speed, time, x)
+            q, slope = current(volts, speed, time, x)
             # Rounding adds to the mean square of a measured speed what it is known to add.
             square = q**2 - slope**2 * log.speed_variance
             return (self._heated(x, square / log.supply**2, log.duration), speed), x

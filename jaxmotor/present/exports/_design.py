@@ -13,7 +13,7 @@ from jaxmotor.control import (
     design_position_loop,
     design_speed_loop,
     hardware_of,
-    linear_of,
+    linear_numbers,
 )
 from jaxmotor.estimate import AnyModel, model_of
 from jaxmotor.motor.effects import told_parameters
@@ -49,13 +49,13 @@ def design(
     motor = model.whole
     hardware = hardware_of(model) if hardware is None else hardware
     taken(hardware, Hardware, "a Hardware (of jaxmotor.control)")
-    linear = linear_of(motor)
+    gain, pole, _ = linear_numbers(motor)
     return Design(
         hardware,
         design_speed_loop(motor, hardware, kind=kind, bandwidth_Hz=bandwidth_Hz, overshoot_percent=overshoot_percent),
         design_position_loop(motor, hardware, bandwidth_Hz=position_bandwidth_Hz, overshoot_percent=overshoot_percent),
         design_estimator(motor, hardware),
-        float(linear.gain) * -math.expm1(-float(linear.pole) * hardware.period_s),
+        gain * -math.expm1(-pole * hardware.period_s),
         tuple(
             " ".join([effect.name, *(f"{key} = {float(getattr(effect, key)):.6g}" for key in told_parameters(effect))])
             for effect in motor.effects

@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxmotor._arguments import taken
 from jaxmotor._json import plain
-from jaxmotor.control import feed_forward, linear_of, sampled_motor
+from jaxmotor.control import feed_forward, sampled_motor, transfer_function
 from jaxmotor.estimate import AnyModel, Model, model_of, model_to_json
 from jaxmotor.present.exports._design import Design
 
@@ -27,27 +27,18 @@ def to_export_json(model: AnyModel, design: Design | None = None) -> str:
     """The text of the JSON file; without a `design` its controllers are null."""
     model = model_of(model)
     content = {key: value for key, value in model_to_json(model).items() if key != "fitted_fingerprints"}
-    linear = linear_of(model.whole)
     law = feed_forward(model.whole)
+    numerator, denominator = transfer_function(model.whole)
     content |= {
         "format": FORMAT,
         "kind": "jaxmotor export",
-        "transfer_function": {
-            "numerator": [float(linear.gain) * float(linear.pole)],
-            "denominator": [*_lag(linear), 1.0, float(linear.pole)],
-            "unit": "rad/s/V",
-        },
+        "transfer_function": {"numerator": numerator, "denominator": denominator, "unit": "rad/s/V"},
         "feed_forward": {name: float(getattr(law, key)) for key, name in FEED_FORWARD.items()},
         **dict.fromkeys(("rig", "sampled", "speed_loop", "position_loop", "estimator")),
     }
     if design is not None:
         content |= _controllers(model, taken(design, Design, "a Design (of jaxmotor.present.exports.design)"))
     return json.dumps(plain(content), indent=1) + "\n"
-
-
-def _lag(linear: Any) -> list[float]:
-    lag = float(getattr(linear, "electrical_time_constant", 0.0))
-    return [lag] if lag else []
 
 
 def _controllers(model: Model, design: Design) -> dict[str, Any]:

@@ -8,10 +8,8 @@ a `<general>` actuator with gainprm = a J K and biasprm = (a J K u0, 0, -a J). V
 gives the same motion of a free shaft, and the right one, with a load on it, is for who knows it to state.
 """
 
-import math
-
-from jaxmotor._errors import JaxmotorError
-from jaxmotor.control import feed_forward, linear_of, parameter_of, slow_pole
+from jaxmotor._arguments import check_positive
+from jaxmotor.control import feed_forward, linear_numbers, parameter_of, slow_pole
 from jaxmotor.estimate import AnyModel, model_of
 from jaxmotor.present.exports._fixed_point import ascii_line
 from jaxmotor.present.exports._left_out import left_out
@@ -29,13 +27,11 @@ def to_mujoco(model: AnyModel, *, inertia_kgm2: float | None = None, supply_V: f
     """
     model = model_of(model)
     supply_V = model.rig.supply_V if supply_V is None else supply_V
-    for name, value in (("inertia", inertia_kgm2), ("supply", supply_V)):
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise JaxmotorError(f"{name} = {value:g} is not positive")
+    check_positive("inertia", inertia_kgm2)
+    check_positive("supply", supply_V)
     inertia = INERTIA_kgm2 if inertia_kgm2 is None else inertia_kgm2
-    linear, law = linear_of(model.whole), feed_forward(model.whole)
-    gain, pole = float(linear.gain), float(linear.pole)
-    electrical = lag = float(getattr(linear, "electrical_time_constant", 0.0))
+    (gain, pole, electrical), law = linear_numbers(model.whole), feed_forward(model.whole)
+    lag = electrical
     if 0 < 4 * pole * lag < 1:
         # Two real poles: the slower for the joint, the faster for the filter, and G(s) is exact.
         pole, lag = slow_pole(model.whole), lag / pole * slow_pole(model.whole)

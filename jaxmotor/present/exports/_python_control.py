@@ -14,7 +14,7 @@ import numpy as np
 
 from jaxmotor._arguments import taken
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.control import Hardware, hardware_of, linear_of, sampled_motor
+from jaxmotor.control import Hardware, hardware_of, linear_numbers, sampled_motor, transfer_function
 from jaxmotor.estimate import AnyModel, Model, model_of
 from jaxmotor.present.exports._fixed_point import ascii_line, comment
 from jaxmotor.present.exports._left_out import left_out
@@ -110,16 +110,13 @@ def _matrices(name: str, matrices: tuple[np.ndarray, ...], period_s: float | Non
 
 
 def _parts(model: Model, hardware: Hardware | None) -> dict[str, Any]:
-    linear = linear_of(model.whole)
-    gain, pole = float(linear.gain), float(linear.pole)
-    lag = float(getattr(linear, "electrical_time_constant", 0.0))
+    gain, pole, lag = linear_numbers(model.whole)
     parts: dict[str, Any] = {"values": (gain, pole)}
+    parts["numerator"], parts["denominator"] = transfer_function(model.whole)
     if lag:
-        parts |= {"numerator": [gain * pole], "denominator": [lag, 1.0, pole]}
         a, b = np.array([[0.0, pole], [-1 / lag, -1 / lag]]), np.array([[0.0], [gain / lag]])
         parts["continuous"] = (a, b, np.array([[1.0, 0.0]]), np.zeros((1, 1)))
     else:
-        parts |= {"numerator": [gain * pole], "denominator": [1.0, pole]}
         matrices = ([[-pole]], [[gain * pole]], [[1.0]], [[0.0]])
         parts["continuous"] = tuple(np.array(matrix) for matrix in matrices)
     if hardware is not None:

@@ -9,10 +9,8 @@ Voltage and encoder do not show R: any R gives the same motion of a free shaft, 
 current, and for a load.
 """
 
-import math
-
-from jaxmotor._errors import JaxmotorError
-from jaxmotor.control import feed_forward, linear_of
+from jaxmotor._arguments import check_positive
+from jaxmotor.control import feed_forward, linear_numbers
 from jaxmotor.estimate import AnyModel, model_of
 from jaxmotor.present.exports._fixed_point import ascii_line
 from jaxmotor.present.exports._left_out import left_out
@@ -28,12 +26,10 @@ def to_spice(model: AnyModel, *, resistance_ohm: float | None = None) -> str:
     **Raises:** `JaxmotorError` where the resistance is not positive.
     """
     model = model_of(model)
-    if resistance_ohm is not None and not (math.isfinite(resistance_ohm) and resistance_ohm > 0):
-        raise JaxmotorError(f"resistance = {resistance_ohm:g} is not positive")
+    check_positive("resistance", resistance_ohm)
     resistance = RESISTANCE_ohm if resistance_ohm is None else resistance_ohm
-    linear, law = linear_of(model.whole), feed_forward(model.whole)
-    gain, pole, share = float(linear.gain), float(linear.pole), float(model.whole.viscous_share)
-    lag = float(getattr(linear, "electrical_time_constant", 0.0))
+    (gain, pole, lag), law = linear_numbers(model.whole), feed_forward(model.whole)
+    share = float(model.whole.viscous_share)
     # Torques in volts at the winding; of a load, what moves the shaft is negative.
     friction, drag = abs(float(law.friction_V)), abs(float(law.drag_V_s2_rad2))
     load = float(law.load_V)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxmotor._arguments import check_positive
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.control import feed_forward
 from jaxmotor.estimate import AnyModel, Model, model_of
@@ -24,8 +25,7 @@ def to_wpilib(model: AnyModel, wheel_radius_m: float | None = None) -> str:
     **Raises:** `JaxmotorError` where the radius is not positive, or the gain is negative (wires are swapped).
     """
     model = model_of(model)
-    if wheel_radius_m is not None and not (math.isfinite(wheel_radius_m) and wheel_radius_m > 0):
-        raise JaxmotorError(f"a wheel radius of {wheel_radius_m:g} m is not positive")
+    check_positive("wheel radius", wheel_radius_m)
     law = feed_forward(model.whole)
     gain, pole = float(law.gain), float(law.pole)
     if gain < 0:

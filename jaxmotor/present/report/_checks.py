@@ -1,25 +1,16 @@
 """Held-out steps and closed loops: predicted beside measured."""
 
-from jaxmotor.present._open_and_closed import controller, step_trials
+from jaxmotor.present._validation import controller, step_trials
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import ranges
 from jaxmotor.validation import ClosedLoop, Comparison, StepTrials
-from jaxmotor.words import with_bracket
+from jaxmotor.words import compared, with_bracket
 
 MOST = 2
 """Steps, and closed loops, that are drawn at once; the others are folded."""
-NUMBERS = (
-    ("rise time (ms)", "rise_time_s", 1e3),
-    ("final speed (rad/s)", "final_speed_rad_s", 1.0),
-    ("overshoot (%)", "overshoot_percent", 1.0),
-    ("steady speed (rad/s)", "steady_speed_rad_s", 1.0),
-    ("steady error (rad/s)", "steady_error_rad_s", 1.0),
-    ("saturated (% of ticks)", "saturated_percent", 1.0),
-)
-"""Of a step or a closed loop: name, attribute and factor."""
 
 
 def checks_section(story: Story) -> Content:
@@ -59,8 +50,7 @@ def _steps(place: int, steps: StepTrials) -> Html:
 
 
 def _loop(place: int, loop: ClosedLoop) -> Html:
-    integral = f" + {loop.integral_gain_V_rad:.3g} V/rad" if loop.kind == "PI" else ""
-    title = f"Closed loop, {loop.kind} {loop.gain_V_s_rad:.3g} V s/rad{integral}, segment {loop.segment}"
+    title = f"Closed loop, {loop.gains}, segment {loop.segment}"
     inside = _percent(loop.speed_inside_percent, f"closed_loop.{place}.speed_inside_percent")
     effort = _percent(loop.volts_inside_percent, f"closed_loop.{place}.volts_inside_percent")
     which = f"Reference {loop.reference_rad_s:.4g} rad/s. Measured inside the predicted band: speed in "
@@ -72,11 +62,7 @@ def _loop(place: int, loop: ClosedLoop) -> Html:
 
 def _block(title: str, said: Html, drawn: Html, found: StepTrials | ClosedLoop, notes: Content = None) -> Html:
     """What is said and drawn of a step or a loop, and a table of its numbers."""
-    rows = [
-        _compared(name, getattr(found, attribute), factor)
-        for name, attribute, factor in NUMBERS
-        if hasattr(found, attribute)
-    ]
+    rows = [_compared(f"{name} ({unit})", comparison, factor) for name, unit, comparison, factor in compared(found)]
     caption = f"{title}: measured and predicted, with 95 % intervals"
     head = ("", "measured", "predicted", "")
     return element("div", element("h3", title), said, drawn, table(caption, head, rows), notes)

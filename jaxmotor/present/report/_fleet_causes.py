@@ -3,7 +3,7 @@
 import json
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -162,6 +162,10 @@ def _numbers(of: dict[str, Any]) -> dict[str, float]:
 def _folded(title: str, head: tuple[str, str], rows: Sequence[tuple[str, str]]) -> Content:
     if not rows:
         return None
-    more = len(rows) - MOST_LISTED
-    left = paragraph(f"and {more} more, which the file of results has") if more > 0 else None
-    return details(f"{title} ({len(rows)})", table(title, head, rows[:MOST_LISTED]), left)
+    return details(f"{title} ({len(rows)})", table(title, head, rows[:MOST_LISTED]), more(rows))
+
+
+def more(rows: Sized, most: int = MOST_LISTED) -> Content:
+    """Of `rows`, of which `most` are listed: how many are not."""
+    left = len(rows) - most
+    return paragraph(f"and {left} more, which the file of results has") if left > 0 else None

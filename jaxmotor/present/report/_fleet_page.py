@@ -8,9 +8,9 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import write_text
 from jaxmotor.fleet import Population, population, read_results
-from jaxmotor.present._population import MOST_BARS, drawn_motors, population_figure, sizes
+from jaxmotor.present._population import MOST_BARS, drawn_motors, population_figure
 from jaxmotor.present.report._drawing import drawing
-from jaxmotor.present.report._fleet_causes import causes_section, diagnosed
+from jaxmotor.present.report._fleet_causes import MOST_LISTED, causes_section, diagnosed, more
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table, unbroken
 from jaxmotor.present.report._limits import versions
 from jaxmotor.present.report._page import Section, cards, figure, page
@@ -19,7 +19,6 @@ from jaxmotor.words import plainly, with_error
 
 MOST_MOTORS = 3_000
 """In the table; who does not belong or failed is listed in any case."""
-MOST_LISTED = 500
 COLUMNS = {
     "gain_rad_s_V": ("gain (rad/s/V)", 1.0, "gain_standard_error_rad_s_V"),
     "pole_rad_s": ("pole (rad/s)", 1.0, "pole_standard_error_rad_s"),
@@ -64,9 +63,7 @@ def fleet_page(results: Path) -> str:
 
 def write_fleet_page(results: Path, folder: Path) -> Path:
     """Write the page on `results` into `folder`, as `NAME.html`, and return its path."""
-    path = folder / f"{results.stem}.html"
-    write_text(path, fleet_page(results))
-    return path
+    return write_text(folder / f"{results.stem}.html", fleet_page(results))
 
 
 def _population(columns: dict[str, np.ndarray]) -> tuple[Population | None, str]:
@@ -83,13 +80,11 @@ def _spread(found: Population | None, why_not: str) -> Content:
     if found is None:
         return paragraph(f"Not known: {why_not}.")
     rows = []
-    for k, name in enumerate(found.names):
-        mean, error, spread = found.mean[k], found.mean_error[k], found.spread[k]
-        if found.logarithmic[k]:
-            middle = float(np.exp(mean))
-            shown, wide = with_error(middle, middle * error, ""), f"{100 * spread:.3g} %"
-        else:
-            middle, shown, wide = float(mean), with_error(1e3 * mean, 1e3 * error, ""), f"{1e3 * spread:.3g}"
+    columns = (found.names, found.sizes(found.mean), found.mean_error, found.spread, found.logarithmic)
+    for name, middle, error, spread, is_size in zip(*columns, strict=True):
+        _, factor, _ = COLUMNS[name]
+        shown = with_error(factor * middle, (middle if is_size else factor) * error, "")
+        wide = f"{100 * spread:.3g} %" if is_size else f"{factor * spread:.3g}"
         if name in found.without_spread:
             wide = "the same for all"
         rows.append([COLUMNS[name][0], number(middle, f"population.{name}", shown), wide])
@@ -102,7 +97,7 @@ def _spread(found: Population | None, why_not: str) -> Content:
 
 def _drawing(found: Population) -> Html:
     """Gain against each other parameter; pointing at a motor names it."""
-    gains = sizes(found, found.estimates)[:, 0]
+    gains = found.sizes(found.estimates)[:, 0]
     points = {
         label: [f"{gains[k]:.4g}, {found.motors[k][:60]}" for k in rows] for label, rows in drawn_motors(found).items()
     }
@@ -139,7 +134,7 @@ def _outliers(found: Population | None, good: list[dict[str, Any]]) -> Content:
         f"Farther than {found.threshold:.2f} standard deviations from the rest; of a hundred fleets of motors of one "
         "kind, about four have such a motor."
     )
-    return [paragraph(text), table("Motors that do not belong, the farthest first", head, rows), _more(found.outliers)]
+    return [paragraph(text), table("Motors that do not belong, the farthest first", head, rows), more(found.outliers)]
 
 
 def _none(found: Population) -> str:
@@ -170,12 +165,7 @@ def _failed(failed: list[dict[str, Any]]) -> Content:
         for row in failed[:MOST_LISTED]
     ]
     head = ("motor", "what is wrong", *(("its diagnosis",) if causes else ()))
-    return [table("Why, motor by motor", head, rows), _more(failed)]
-
-
-def _more(listed: Any) -> Content:
-    left = len(listed) - MOST_LISTED
-    return paragraph(f"and {left} more, which the file of results has") if left > 0 else None
+    return [table("Why, motor by motor", head, rows), more(failed)]
 
 
 def _motors(good: list[dict[str, Any]], outliers: set[str]) -> Content:
@@ -187,12 +177,10 @@ def _motors(good: list[dict[str, Any]], outliers: set[str]) -> Content:
         [*_numbers(row, names), "no" if row["motor"] in outliers else "yes", *(_diagnosis(row) if causes else ())]
         for row in good[:MOST_MOTORS]
     ]
-    left = len(good) - MOST_MOTORS
-    more = paragraph(f"and {left} more, which the file of results has") if left > 0 else None
     caption = "Motors in the order of the data; a head of a column sorts by it. Intervals are ± 95 %."
     notes = [(row["motor"], note) for row in good for note in row["notes"] or ()][:MOST_LISTED]
     said = details("Notes on single motors", table("Notes", ("motor", "note"), notes)) if notes else None
-    return [table(caption, head, rows), more, said]
+    return [table(caption, head, rows), more(good, MOST_MOTORS), said]
 
 
 def _numbers(row: dict[str, Any], names: list[str]) -> list[Content]:

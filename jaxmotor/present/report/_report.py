@@ -35,9 +35,7 @@ def report_page(story: Story, sha256: str) -> str:
 
 def write_report(story: Story, source: Path, folder: Path) -> Path:
     """Write the report on the recording in `source` into `folder`, as `NAME.html`, and return its path."""
-    path = folder / f"{source.stem}.html"
-    write_text(path, report_page(story, digest(source)))
-    return path
+    return write_text(folder / f"{source.stem}.html", report_page(story, digest(source)))
 
 
 def _title(story: Story) -> str:

@@ -68,10 +68,10 @@ def _ratios(story: Story, measured: FrequencyResponse) -> np.ndarray:
     frequencies, volts = np.asarray(measured.frequency_Hz), np.asarray(measured.amplitude_V)
     ratios = np.full(len(frequencies), np.nan, complex)
     for trace in story.diagnosis.whole.traces_after:
-        parameters = story.recording.segments[trace.segment].parameters
-        if story.recording.segments[trace.segment].kind != "sine" or "frequency_Hz" not in parameters:
+        segment = story.recording.segments[trace.segment]
+        frequency, amplitude = segment.sine_Hz, float(segment.parameters.get("amplitude_V", np.nan))
+        if frequency is None:
             continue
-        frequency, amplitude = float(parameters["frequency_Hz"]), float(parameters.get("amplitude_V", np.nan))
         off = np.abs(volts - amplitude) / amplitude
         same = (np.abs(frequencies / frequency - 1) < 1e-6) & (~(off > SAME_VOLTS))
         if same.sum() == 1:

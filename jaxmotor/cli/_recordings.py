@@ -1,15 +1,33 @@
-"""A recording read and JAX loaded, while the command says what it does."""
+"""The recordings that a command is given: each read with JAX loaded, while the command says what it does."""
 
 import contextlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
+from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import printable
 from jaxmotor.cli._progress import progress
 
 if TYPE_CHECKING:
     from jaxmotor.recording import Recording
+
+
+def for_each(recordings: list[Path], action: Callable[[Path], None]) -> None:
+    """Run `action` on each recording: one that fails does not stop the others, and the exit code is then 1."""
+    failed = False
+    for path in recordings:
+        try:
+            action(path)
+        except JaxmotorError as error:
+            if len(recordings) == 1:
+                raise
+            typer.echo(f"jaxmotor: {error}", err=True)
+            failed = True
+    if failed:
+        raise typer.Exit(1)
 
 
 @contextlib.contextmanager
