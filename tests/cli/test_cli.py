@@ -28,13 +28,6 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(autouse=True)
-def no_cache_of_the_users(monkeypatch, tmp_path):
-    import jax
-
-    monkeypatch.setenv("JAXMOTOR_CACHE", jax.config.values["jax_compilation_cache_dir"] or str(tmp_path))
-
-
 def run(capsys, *arguments):
     code = main([str(argument) for argument in arguments])
     streams = capsys.readouterr()
