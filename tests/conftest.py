@@ -12,8 +12,8 @@ from jaxmotor.cli import _progress
 from jaxmotor.cli._runtime import WHOLE_LOOPS
 
 # What tests compile runs once or twice, for milliseconds: LLVM's passes and XLA's newer way to compile fusions take
-# longer than they gain. The package's large programs state how they are compiled, whatever stands here. XLA ends a program
-# whose flags it does not know, so only versions that were tried are given them; subprocesses inherit them.
+# longer than they gain. The package's large programs state how they are compiled, whatever stands here. XLA ends a
+# program whose flags it does not know, so only versions that were tried are given them; subprocesses inherit them.
 QUICKLY = (
     "--xla_cpu_use_fusion_emitters=false",
     "--xla_backend_optimization_level=0",
