@@ -11,19 +11,27 @@ from jaxmotor.bench._emulator import PACKAGES, find_or_build, missing_tools
 from jaxmotor.cli import _progress
 from jaxmotor.cli._runtime import WHOLE_LOOPS
 
-# XLA's newer way to compile fusions takes twice as long and gains these programs nothing. It ends a program whose
-# flags it does not know, so only versions that were tried are given it; subprocesses inherit it.
+# What tests compile runs once or twice, for milliseconds: LLVM's passes and XLA's newer way to compile fusions take
+# longer than they gain. The package's large programs state how they are compiled, whatever stands here. XLA ends a
+# program whose flags it does not know, so only versions that were tried are given them; subprocesses inherit them.
+QUICKLY = (
+    "--xla_cpu_use_fusion_emitters=false",
+    "--xla_backend_optimization_level=0",
+    "--xla_cpu_parallel_codegen_split_count=1",
+)
 FLAGS = [*os.environ.get("XLA_FLAGS", "").split(), WHOLE_LOOPS]
 if jax.__version_info__[:2] <= (0, 10):
-    FLAGS.append("--xla_cpu_use_fusion_emitters=false")
+    FLAGS += QUICKLY
 os.environ["XLA_FLAGS"] = " ".join(dict.fromkeys(FLAGS))
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
 
 # Workers share what one of them has compiled, and a second run starts with it: also the hundreds of small programs of
-# single operations, which take longer to compile than to read.
-jax.config.update("jax_compilation_cache_dir", str(Path(__file__).parent.parent / ".pytest_cache" / "jax"))
+# single operations, which take longer to compile than to read. Commands, which look for the cache themselves, share it.
+CACHE = str(Path(__file__).parent.parent / ".pytest_cache" / "jax")
+os.environ["JAXMOTOR_CACHE"] = CACHE
+jax.config.update("jax_compilation_cache_dir", CACHE)
 jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
@@ -48,6 +56,14 @@ def forget_programs():
     if MAPS.exists() and len(MAPS.read_bytes().splitlines()) > MANY_MAPS:
         jax.clear_caches()
         gc.collect()
+
+
+@pytest.fixture(autouse=True)
+def one_cache():
+    """A test that asked for another cache of compiled programs leaves the next one that of all."""
+    yield
+    if jax.config.values["jax_compilation_cache_dir"] != CACHE:
+        jax.config.update("jax_compilation_cache_dir", CACHE)
 
 
 @pytest.fixture

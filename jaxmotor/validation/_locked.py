@@ -32,7 +32,7 @@ def in_place(model: Model, recording: Recording, segments: tuple[int, ...]) -> t
     if shaft_angles(recording) is None:
         note = f"the recording does not show the shaft's angle throughout, which {names} depends on; it is left out"
         return _without(model, locked), [note]
-    packed = pack(recording, segments)
+    packed = pack(recording, segments, few_shapes=True)
     log = whole_log(model.whole, recording, packed)
     for again in range(ROUNDS):
         width = math.pi * (2 / TRIED) ** again

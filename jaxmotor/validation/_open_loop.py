@@ -16,7 +16,7 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     Nothing of the motor is fitted. A piece that begins in motion, or after lost ticks, begins at the speed that fits
     it best: one number for each. The model's voltage offset counts as part of the rig.
     """
-    packed = pack(recording, segments, rest_before=is_timed(model))
+    packed = pack(recording, segments, rest_before=is_timed(model), few_shapes=True)
     if model.effects:
         packed = without_beginnings(recording, packed)
     _, residual = simulate_model(model, recording, packed)
@@ -37,7 +37,7 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
 
 def initial_speed(model: Model, recording: Recording, segment: int) -> float:
     """Speed [rad/s] at the first row of `segment` that fits its first piece best under the logged voltage."""
-    packed = pack(recording, (segment,))
+    packed = pack(recording, (segment,), few_shapes=True)
     speeds, _ = simulate_model(model, recording, packed)
     return float(speeds[0])
 

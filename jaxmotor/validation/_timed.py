@@ -34,7 +34,7 @@ def in_time(model: Model, recording: Recording, segments: tuple[int, ...]) -> tu
     """
     if model.effects or recording.duty_delay_s is not None or not segments:
         return model, []
-    packed = pack(recording, segments)
+    packed = pack(recording, segments, few_shapes=True)
     _, first = simulate_model(model, recording, packed)
     count, floor = packed.lanes.valid.sum(), packed.observation.floor if packed.observation.floor_known else 0.0
 
@@ -43,7 +43,7 @@ def in_time(model: Model, recording: Recording, segments: tuple[int, ...]) -> tu
 
     if excess(first) < (ALIKE - 1) * floor:
         return model, []
-    packed = pack(recording, segments, rest_before=True, noise=packed.observation.noise)
+    packed = pack(recording, segments, rest_before=True, few_shapes=True, noise=packed.observation.noise)
     log, row_s = whole_log(model.whole, recording, packed), packed.durations[0]
 
     def shifted(rows: float) -> Model:

@@ -28,13 +28,6 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(autouse=True)
-def no_cache_of_the_users(monkeypatch, tmp_path):
-    import jax
-
-    monkeypatch.setenv("JAXMOTOR_CACHE", jax.config.values["jax_compilation_cache_dir"] or str(tmp_path))
-
-
 def run(capsys, *arguments):
     code = main([str(argument) for argument in arguments])
     streams = capsys.readouterr()
@@ -256,9 +249,10 @@ def test_demo_runs_from_anywhere(capsys, tmp_path, monkeypatch):
     assert 'id="verdict">extended' in page and "Coulomb friction" in page and "Closed loop, P 0.4" in page
 
 
-def test_a_cache_that_cannot_be_used_costs_only_time(folder, tmp_path):
+def test_a_cache_that_cannot_be_used_costs_only_time(tmp_path):
     """No folder to be made, then one whose files are damaged: the answer is the same, and nothing is complained of."""
-    command = [sys.executable, "-m", "jaxmotor", "identify", str(folder / "m2.csv"), "--json"]
+    write(recording(1, gain=9.0, runs=[step(5.1), step(-3.0)]), tmp_path / "steps.csv")
+    command = [sys.executable, "-m", "jaxmotor", "identify", str(tmp_path / "steps.csv"), "--json"]
 
     def identified(cache):
         environment = os.environ | {"JAXMOTOR_CACHE": str(cache)}

@@ -258,8 +258,7 @@ def test_a_few_windows_far_out_press_no_others_flat():
 
 
 @pytest.fixture
-def files(tmp_path, monkeypatch):
-    monkeypatch.setenv("JAXMOTOR_CACHE", jax.config.values["jax_compilation_cache_dir"] or str(tmp_path))
+def files(tmp_path):
     write(of("friction")[0], tmp_path / "rough.csv")
     write(of("clean")[0], tmp_path / "clean.csv")
     return tmp_path

@@ -17,13 +17,10 @@ ESTIMATES = ("gain", "pole", "offset")
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """With the emulated bench built."""
-    import jax
-
     if missing := missing_tools():
         pytest.skip(f"emulated bench: no {', '.join(missing)}; apt install {PACKAGES}")
     find_or_build()
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("JAXMOTOR_CACHE", jax.config.values["jax_compilation_cache_dir"] or "")
     return tmp_path
 
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import jax
 import numpy as np
 import pytest
 from exported import DUTY_DELAY_S, Drawn, on_board
@@ -24,7 +23,6 @@ FRICTION_V = 0.3
 @pytest.fixture
 def folder(board, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("JAXMOTOR_CACHE", jax.config.values["jax_compilation_cache_dir"] or "")
     (tmp_path / "rough.toml").write_text(f"[coulomb_friction]\nvolts_V = {FRICTION_V}\n")
     return tmp_path
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from fleets import recording, short, sine, step, with_lost_ticks
+from fleets import SHORT, recording, short, sine, step, with_lost_ticks
 from made import with_friction
 
 import jaxmotor as jm
@@ -55,8 +55,8 @@ def test_one_motor_that_says_nothing_is_a_sentence_among_good_ones():
     with pytest.raises(jm.JaxmotorError, match="never changes"):
         ready(still)
     # Steps so long after one another that the pole is never seen: only slow ramps of voltage.
-    slow = recording(2, pole=4000.0, runs=[sine(0.31, 240), sine(0.77, 240), sine(1.3, 240), step(5.1, 120)])
-    motors = [ready(slow), ready(recording(3, runs=[sine(0.31, 240), sine(0.77, 240), sine(1.3, 240), step(5.1, 120)]))]
+    runs = [sine(0.31, 240), sine(0.77, 240), sine(1.3, 240), *SHORT[3:]]
+    motors = [ready(recording(2, pole=4000.0, runs=runs)), ready(recording(3, runs=runs))]
     assert motors[0].key == motors[1].key
     bad, fine = identify_batch(motors)
     assert isinstance(bad, jm.JaxmotorError) and "pole is not determined" in str(bad)

@@ -2,7 +2,6 @@
 
 import json
 
-import jax
 import numpy as np
 import pytest
 from fleets import SHORT, recording, short
@@ -20,7 +19,6 @@ FRICTION_V = 0.4
 def dataset(tmp_path, monkeypatch):
     """A linear motor, one with friction, one that stands still, and no recording, in parts of two."""
     monkeypatch.setattr("jaxmotor.fleet._run.DIAGNOSED_PER_PART", 2)
-    monkeypatch.setenv("JAXMOTOR_CACHE", jax.config.values["jax_compilation_cache_dir"] or str(tmp_path / "cache"))
     folder = tmp_path / "fleet"
     folder.mkdir()
     jm.write(short(1), folder / "a_linear.csv")
