@@ -1,7 +1,7 @@
 """Laws learned from data: a torque or a voltage as a series over one coordinate, for what no known law explains.
 
 They are fitted, simulated, validated and kept like any other effect. What a linear motor or an offset does as well,
-they leave to these: over speed and voltage a straight line has no part in them, over angle and time no constant.
+they leave to these: over speed and voltage a straight line has no part in them, and at rest they are zero.
 """
 
 import abc
@@ -91,7 +91,7 @@ class AbstractLearnedEffect(AbstractEffect):
 class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
     """Σ c_k (T_k(z) - a_k - m_k w/w1), z = asinh(10 w/w1)/asinh(10): a torque that depends on the speed, of any shape.
 
-    T_k are Chebyshev's polynomials, a_k the mean and m_k the slope of T_k from -w1 to w1; beyond w1 the torque goes on
+    T_k are Chebyshev's polynomials, a_k is T_k(0), m_k the slope of T_k from -w1 to w1; beyond w1 the torque goes on
     as it is there.
     """
 
@@ -116,7 +116,7 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
 
 class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
-    """Σ (c_(2n-1) cos nθ + c_(2n) sin nθ), n = 1 to 12: a torque that depends on the shaft's angle, of any
+    """c_0 + Σ (c_(2n-1) cos nθ + c_(2n) sin nθ), n = 1 to 12: a torque that depends on the shaft's angle, of any
     shape."""
 
     name: ClassVar[str] = "torque_over_angle"
@@ -124,6 +124,7 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
     says: ClassVar[str] = "a torque depends on the shaft's angle by a curve that was learned"
 
     coordinate: ClassVar[LearnedCoordinate] = "angle"
+    c0_V: Scalar = _coefficient(1)
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
@@ -132,7 +133,7 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del speed
         along, across = sine(angle + 0.5 * jnp.pi), sine(angle)
-        total, cos_n, sin_n = jnp.zeros_like(angle), jnp.ones_like(angle), jnp.zeros_like(angle)
+        total, cos_n, sin_n = self.c0_V, jnp.ones_like(angle), jnp.zeros_like(angle)
         for a, b in zip(self.coefficients[::2], self.coefficients[1::2], strict=True):
             cos_n, sin_n = cos_n * along - sin_n * across, sin_n * along + cos_n * across
             total = total + a * cos_n + b * sin_n
@@ -188,17 +189,18 @@ def _level_series(coefficients: tuple[Scalar, ...], place: Scalar) -> Scalar:
     place = jnp.clip(place, -1.0, 1.0)
     z = jnp.arcsinh(WARP * place) / math.asinh(WARP)
     before, now = jnp.ones_like(z), z
-    total, mean, slope = jnp.zeros_like(z), jnp.zeros_like(z), jnp.zeros_like(z)
+    total, zero, slope = jnp.zeros_like(z), 0.0, jnp.zeros_like(z)
     for c, (a, m) in zip(coefficients, _lines(), strict=True):
-        total, mean, slope = total + c * now, mean + c * a, slope + c * m
+        total, zero, slope = total + c * now, zero + c * a, slope + c * m
         before, now = now, 2 * z * now - before
-    return total - mean - slope * place
+    return total - zero - slope * place
 
 
 @functools.cache
 def _lines() -> tuple[tuple[float, float], ...]:
-    """a_k and m_k of T_1 to T_`TERMS`: of the straight line that is nearest to each from -1 to 1."""
+    """a_k and m_k of T_1 to T_`TERMS`: what each is at zero, and the slope of the straight line that is nearest to the
+    rest from -1 to 1."""
     place = np.linspace(-1, 1, GRID)
     angle = np.arccos(np.clip(np.arcsinh(WARP * place) / math.asinh(WARP), -1, 1))
-    terms = [np.cos(term * angle) for term in range(1, TERMS + 1)]
-    return tuple((float(term.mean()), float(term @ place / (place @ place))) for term in terms)
+    slopes = [np.cos(term * angle) @ place / (place @ place) for term in range(1, TERMS + 1)]
+    return tuple((float(round(math.cos(0.5 * math.pi * k))), float(slope)) for k, slope in enumerate(slopes, 1))
