@@ -11,7 +11,7 @@ from made import COUNTS, PERIOD, SCALE, SUPPLY, plan, sine
 from jaxmotor import diagnose, read_model, validate
 from jaxmotor.diagnosis._learned_law import resemblances
 from jaxmotor.estimate import model_to_json
-from jaxmotor.motor.effects._learned import TorqueOverSpeed
+from jaxmotor.motor.effects._learned import TorqueOverSpeed, VoltageOverCommand
 from jaxmotor.recording import Recording, Segment
 
 RUNS = [*plan(), *(sine(f, amplitude=2.0) for f in (0.7037, 1.507, 3.011))]
@@ -194,8 +194,15 @@ def test_a_curve_over_speed_leaves_lines_to_the_motor_and_an_offset():
         for term in range(1, 25):
             effect = TorqueOverSpeed.start(reach_rad_s=50.0, **{f"c{term}_V": 1.0})
             volts = np.asarray(effect.adds(jnp.asarray(place)))
-            assert abs(volts @ place) < 1e-9 * np.linalg.norm(place) * max(np.linalg.norm(volts), 1.0)
-            assert abs(volts[1000]) < 1e-12 and place[1000] == 0.0
+            for line in (place, np.ones_like(place)):
+                assert abs(volts @ line) < 1e-9 * np.linalg.norm(line) * max(np.linalg.norm(volts), 1.0)
+
+
+def test_a_curve_over_the_command_is_zero_without_one():
+    with jax.enable_x64(True):
+        for term in range(1, 25):
+            effect = VoltageOverCommand.start(reach_V=6.0, **{f"c{term}_V": 1.0})
+            assert abs(float(effect.adds(jnp.asarray(0.0)))) < 1e-12
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,8 @@
 """Laws learned from data: a torque or a voltage as a series over one coordinate, for what no known law explains.
 
 They are fitted, simulated, validated and kept like any other effect. What a linear motor or an offset does as well,
-they leave to these: over speed and voltage a straight line has no part in them, and at rest they are zero.
+they leave to these: over speed and voltage a straight line has no part in them, over speed nor a constant; without a
+command the voltage is zero.
 """
 
 import abc
@@ -91,7 +92,7 @@ class AbstractLearnedEffect(AbstractEffect):
 class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
     """Σ c_k (T_k(z) - a_k - m_k w/w1), z = asinh(10 w/w1)/asinh(10): a torque that depends on the speed, of any shape.
 
-    T_k are Chebyshev's polynomials, a_k is T_k(0), m_k the slope of T_k from -w1 to w1; beyond w1 the torque goes on
+    T_k are Chebyshev's polynomials, a_k the mean and m_k the slope of T_k from -w1 to w1; beyond w1 the torque goes on
     as it is there.
     """
 
@@ -109,7 +110,7 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del angle
-        return _level_series(self.coefficients, speed / self.reach_rad_s)
+        return _level_series(self.coefficients, speed / self.reach_rad_s, _means())
 
     def adds(self, at: Scalar) -> Scalar:
         return -self.resists(at, at)
@@ -144,7 +145,7 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
 
 class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLearnedEffect):
-    """u + Σ c_k (T_k(z) - a_k - m_k u/u1), z = asinh(10 u/u1)/asinh(10): a drive that is not in proportion, of any
+    """u + Σ c_k (T_k(z) - T_k(0) - m_k u/u1), z = asinh(10 u/u1)/asinh(10): a drive that is not in proportion, of any
     shape."""
 
     name: ClassVar[str] = "voltage_over_command"
@@ -170,7 +171,7 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLear
         return source.told(source.mean + self.adds(source.mean))
 
     def adds(self, at: Scalar) -> Scalar:
-        return _level_series(self.coefficients, at / self.reach_V)
+        return _level_series(self.coefficients, at / self.reach_V, AT_ZERO)
 
 
 def penalty(effect: AbstractLearnedEffect) -> float:
@@ -184,23 +185,37 @@ def penalty(effect: AbstractLearnedEffect) -> float:
 LEARNED = {effect.name: effect for effect in (TorqueOverSpeed, TorqueOverAngle, VoltageOverCommand)}
 
 
-def _level_series(coefficients: tuple[Scalar, ...], place: Scalar) -> Scalar:
-    """Σ c_k (T_k(z) - a_k - m_k x) at x = `place` within -1 and 1."""
+AT_ZERO = tuple(float(round(math.cos(0.5 * math.pi * term))) for term in range(1, TERMS + 1))
+"""T_k(0)"""
+
+
+def _level_series(coefficients: tuple[Scalar, ...], place: Scalar, levels: tuple[float, ...]) -> Scalar:
+    """Σ c_k (T_k(z) - a_k - m_k x) at x = `place` within -1 and 1, a_k being `levels`."""
     place = jnp.clip(place, -1.0, 1.0)
     z = jnp.arcsinh(WARP * place) / math.asinh(WARP)
     before, now = jnp.ones_like(z), z
-    total, zero, slope = jnp.zeros_like(z), 0.0, jnp.zeros_like(z)
-    for c, (a, m) in zip(coefficients, _lines(), strict=True):
-        total, zero, slope = total + c * now, zero + c * a, slope + c * m
+    total, level, slope = jnp.zeros_like(z), jnp.zeros_like(z), jnp.zeros_like(z)
+    for c, a, m in zip(coefficients, levels, _slopes(), strict=True):
+        total, level, slope = total + c * now, level + c * a, slope + c * m
         before, now = now, 2 * z * now - before
-    return total - zero - slope * place
+    return total - level - slope * place
 
 
 @functools.cache
-def _lines() -> tuple[tuple[float, float], ...]:
-    """a_k and m_k of T_1 to T_`TERMS`: what each is at zero, and the slope of the straight line that is nearest to the
-    rest from -1 to 1."""
+def _means() -> tuple[float, ...]:
+    """Of T_1 to T_`TERMS` from -1 to 1."""
+    return tuple(float(term.mean()) for term in _polynomials()[1])
+
+
+@functools.cache
+def _slopes() -> tuple[float, ...]:
+    """m_k of T_1 to T_`TERMS`: of the straight line through the origin that is nearest to each from -1 to 1."""
+    place, terms = _polynomials()
+    return tuple(float(term @ place / (place @ place)) for term in terms)
+
+
+def _polynomials() -> tuple[np.ndarray, np.ndarray]:
+    """Places (n,) from -1 to 1, and T_1 to T_`TERMS` there (k, n)."""
     place = np.linspace(-1, 1, GRID)
     angle = np.arccos(np.clip(np.arcsinh(WARP * place) / math.asinh(WARP), -1, 1))
-    slopes = [np.cos(term * angle) @ place / (place @ place) for term in range(1, TERMS + 1)]
-    return tuple((float(round(math.cos(0.5 * math.pi * k))), float(slope)) for k, slope in enumerate(slopes, 1))
+    return place, np.cos(np.arange(1, TERMS + 1)[:, None] * angle)
