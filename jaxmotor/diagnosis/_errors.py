@@ -1,8 +1,9 @@
 """Standard errors that do not rest on the model being perfect.
 
-With H = JᵀJ + P (P the prior's weight) and g_c the sum of Jᵀr over block c of the recording, the covariance is the
-larger, parameter by parameter, of H⁻¹ (residuals independent, of unit variance; a law's `unlikeness` makes it more) and
-of the sandwich H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + P) H⁻¹ (only blocks are independent) [White 1980; Liang and Zeger 1986].
+With H = JᵀJ + vP (P the prior's precision, v the variance that it is weighed against) and g_c the sum of Jᵀr over
+block c of the recording, the covariance is the larger, parameter by parameter, of H⁻¹ (residuals independent, of unit
+variance; a law's `unlikeness` makes it more) and of the sandwich H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + v²P) H⁻¹ (only blocks are
+independent) [White 1980; Liang and Zeger 1986].
 """
 
 import math
@@ -29,7 +30,7 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     used, index = np.unique(block, return_inverse=True)
     pulls = np.stack([np.bincount(index, column * fitted.residual) for column in jacobian.T], axis=1)
     blocks = len(used)
-    meat = pulls.T @ pulls * (blocks / max(blocks - 1, 1)) + prior
+    meat = pulls.T @ pulls * (blocks / max(blocks - 1, 1)) + fitted.variance * prior
     sandwich = bread @ meat @ bread
     effects = fitted.template.effects
     # Of the effects beside such a law, too: what it gets wrong is theirs to explain.

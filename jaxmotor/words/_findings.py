@@ -83,14 +83,19 @@ def cause(found: FoundEffect) -> str:
     return f"{family_of(found.effect)}{known}, most like {found.name} ({percent(found.probability)})"
 
 
+LITTLE = 0.005
+"""Probability that is told as next to none."""
+
+
 def odds(found: FoundEffect) -> list[tuple[str, float]]:
     """Names and probabilities [1]: of the effect, of the alternatives that fit as well, of the rest of its family, and
     of none of these."""
     same = min(found.family_probability, 1.0)
     own, family = min(found.probability, same), max(min(found.of_family, 1.0), same)
     instead = [(f"{either(equals(found))} instead", same - own)] if equals(found) else []
-    others = [] if found.is_named else [(f"{family_of(found.effect)}, of another kind", family - same)]
-    return [(named(found.name), own), *instead, *others, ("none of these", 1 - (same if found.is_named else family))]
+    few = found.is_named and family - same < LITTLE
+    others = [] if few else [(f"{family_of(found.effect)}, of another kind", family - same)]
+    return [(named(found.name), own), *instead, *others, ("none of these", 1 - family)]
 
 
 def equals(found: FoundEffect) -> list[str]:
@@ -106,7 +111,7 @@ def either(effects: list[str]) -> str:
 
 def percent(share: float) -> str:
     """A probability [1] in whole percent; never quite none, never quite all."""
-    return "< 1 %" if share < 0.005 else "> 99 %" if share > 0.995 else f"{100 * share:.0f} %"
+    return "< 1 %" if share < LITTLE else "> 99 %" if share > 0.995 else f"{100 * share:.0f} %"
 
 
 def scored(diagnosis: Diagnosis) -> str:

@@ -82,11 +82,15 @@ def test_nothing_is_named_where_nothing_is_hidden():
     assert next(iter(found.probabilities)) == "none"
 
 
-def test_a_measured_step_is_explained_as_well_as_by_hand():
+def of_a_real_motor(name):
     folder = Path(os.environ.get("JAXMOTOR_DATA", Path(__file__).parents[2] / "../shared/data"))
     if not folder.is_dir():
         pytest.skip(f"no measured logs in {folder}; set JAXMOTOR_DATA to their folder")
-    found = diagnose(measured("brake/step_open"))
+    return diagnose(measured(name))
+
+
+def test_a_measured_step_is_explained_as_well_as_by_hand():
+    found = of_a_real_motor("brake/step_open")
     # Fitted by scipy: 90.3 % without friction, 97.2 with friction and delay; the motor turns one way.
     assert found.whole.after.fit_percent > 97.1
     [cause] = found.effects
@@ -95,6 +99,16 @@ def test_a_measured_step_is_explained_as_well_as_by_hand():
         "voltage_offset",
         "dead_zone",
     }
+
+
+def test_friction_and_offset_of_a_measured_stage_are_those_published():
+    found = of_a_real_motor("emps/position_10ms")
+    assert found.verdict == "extended" and found.whole.after.fit_percent > 95.5
+    causes = {one.name: one for one in found.effects if one.is_named}
+    friction, offset = causes["coulomb_friction"], causes.get("voltage_offset") or causes["load_torque"]
+    # 20.39 N and 3.16 N of a drive of 35.15 N/V.
+    assert friction.parameters["volts_V"] == pytest.approx(20.39 / 35.15, rel=0.05)
+    assert abs(offset.parameters["volts_V"]) == pytest.approx(3.16 / 35.15, rel=0.05)
 
 
 def test_a_rig_without_counts_loses_none():

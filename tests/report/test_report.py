@@ -136,8 +136,7 @@ def test_the_first_screen_is_for_who_built_it(told, page):
     ):
         assert float(shown[1]) == pytest.approx(value, rel=1e-4)
         assert float(shown[2]) == pytest.approx(1.96 * error, rel=0.06)
-    own, family = found.probability, found.family_probability
-    assert f"Coulomb friction {100 * own:.0f} % stiction instead {100 * (family - own):.0f} %" in words
+    assert f"Coulomb friction {100 * found.probability:.0f} %" in words
     assert "none of these < 1 %" in words and found.effect.advice in words
     for below in ("chi2", "pole", "verdict", "extended:", "volts_V"):
         assert below not in words, below
@@ -148,7 +147,10 @@ def test_the_first_screen_is_for_who_built_it(told, page):
 def test_the_first_screen_says_no_more_than_is_known(told):
     """An effect with a likelier alternative, and one that the input leaves open."""
     diagnosis, [found] = told[0].diagnosis, told[0].diagnosis.effects
-    unsure = dataclasses.replace(diagnosis, effects=(dataclasses.replace(found, probability=0.3),))
+    rivals = tuple(dataclasses.replace(one, inseparable=one.name == "stiction") for one in found.rivals)
+    assert any(one.inseparable for one in rivals)
+    found = dataclasses.replace(found, probability=0.3, family_probability=1.0, rivals=rivals)
+    unsure = dataclasses.replace(diagnosis, effects=(found,))
     words = first_screen(Page(report_page(dataclasses.replace(told[0], diagnosis=unsure), "0")))
     assert "with Coulomb friction or stiction (indistinguishable in this recording)" in words
     assert "if it is that, below 0.2 V it does not move" in words and "stiction instead 70 %" in words
