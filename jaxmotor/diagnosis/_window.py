@@ -6,12 +6,14 @@ one with the least
 
     n' ln S + k ln n'
 
-is taken, S the mean square, k the number of parameters (of the lags, or one), n' the rows over those that one
-independent reading takes (`Noise.rows_per_reading`).
+is taken, S the mean square over rows that all windows leave (one that begins before its piece has no mean), k the
+number of parameters (of the lags, or one), n' the rows over those that one independent reading takes
+(`Noise.rows_per_reading`).
 """
 
 import functools
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +22,7 @@ from jaxmotor._balanced import solve_balanced
 from jaxmotor.diagnosis._found import COARSE
 from jaxmotor.diagnosis._free import without_effect
 from jaxmotor.diagnosis._request import Request
-from jaxmotor.diagnosis._solve import DAMPING, Fitted
+from jaxmotor.diagnosis._solve import DAMPING, Fitted, square_of
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.estimate import UNSURE, SpeedAverage, with_window
 from jaxmotor.motor import Motor
@@ -34,6 +36,8 @@ LAG = "lag"
 """The family of effects that a window may be mistaken for."""
 CLOSER = 3
 """Times that the best window is sought among its neighbours."""
+KEPT = 0.5
+"""Part of the rows that a window must leave to be tried."""
 STEP = 0.02
 """Part of a window over which residuals are differenced."""
 
@@ -45,6 +49,11 @@ class Windowed(NamedTuple):
     study: Study
     fitted: Fitted
 
+    def square(self, cells: np.ndarray) -> float:
+        """Mean square of the residual [standard deviations²] in these `cells` (n,) of the packed rows."""
+        own = self.fitted.residual[np.isin(self.study.solver.cells, cells)]
+        return square_of(own) / max(len(own), 1)
+
 
 def window_beside(recording: Recording, study: Study, found: Fitted, enough: float = math.inf) -> SpeedAverage | None:
     """The window of `recording`, of speeds whose average is not stated, with the effects of `found`; None where their
@@ -53,43 +62,52 @@ def window_beside(recording: Recording, study: Study, found: Fitted, enough: flo
     lags = [effect for effect in motor.effects if effect.family == LAG or isinstance(effect, OF_LOG)]
     for effect in lags:
         motor = without_effect(motor, effect.name)
-    noise = study.packed.observation.noise
-    fit = functools.partial(_windowed, recording, motor, found.speeds, noise)
+    noise, solver = study.packed.observation.noise, study.solver
     period_s = float(np.median(study.packed.durations))
-    best = _closer(fit, [fit(rows * period_s) for rows in ROWS])
-    number = len(found.residual) / max(noise.rows_per_reading, 1.0)
-    parameters = sum(map(free_size, lags))
-    gain = number * math.log(found.chi2 / best.fitted.chi2)
-    if gain + (parameters - 1) * math.log(number) <= 0 or best.fitted.chi2 > enough:
+    over = functools.partial(_over, recording, motor, noise, solver.request)
+    studies = {rows * period_s: over(rows * period_s) for rows in ROWS}
+    used = {length: its for length, its in studies.items() if len(its.solver.cells) >= KEPT * len(solver.cells)}
+    if not used:
+        return None
+    cells = functools.reduce(np.intersect1d, [its.solver.cells for its in used.values()], solver.cells)
+
+    def fit(window_s: float, its: Study | None = None) -> Windowed:
+        its = its or over(window_s)
+        speeds = found.speeds if len(found.speeds) == len(its.solver.starts) else None
+        return Windowed(window_s, its, its.solver.fit(motor, speeds, COARSE))
+
+    best = _closer(fit, [fit(length, its) for length, its in used.items()], cells)
+    before, after = Windowed(0.0, study, found).square(cells), best.square(cells)
+    if not 0 < after < math.inf or best.fitted.chi2 > enough:
+        return None
+    number, parameters = len(cells) / max(noise.rows_per_reading, 1.0), sum(map(free_size, lags))
+    if number * math.log(max(before, after) / after) + (parameters - 1) * math.log(max(number, 1.0)) <= 0:
         return None
     return _average(recording, best, period_s)
 
 
-def _windowed(recording: Recording, motor: Motor, speeds: np.ndarray, noise: Noise, window_s: float) -> Windowed:
-    study = _over(recording, motor, noise, window_s)
-    own = speeds if len(speeds) == len(study.solver.starts) else None
-    return Windowed(window_s, study, study.solver.fit(motor, own, COARSE))
-
-
-def _over(recording: Recording, motor: Motor, noise: Noise, window_s: float) -> Study:
+def _over(recording: Recording, motor: Motor, noise: Noise, request: Request, window_s: float) -> Study:
     """`recording` of speeds over that window, in the same unit whatever it is."""
-    return study_of(with_window(recording, window_s), float(motor.linear.pole), request=Request(), noise=noise)
+    return study_of(with_window(recording, window_s), float(motor.linear.pole), request=request, noise=noise)
 
 
-def _closer(fit, tried: list[Windowed]) -> Windowed:
-    """The best of `tried` and of windows between its neighbours."""
+def _closer(fit: Callable[[float], Windowed], tried: list[Windowed], cells: np.ndarray) -> Windowed:
+    """The best of `tried`, by what they leave in `cells`, and of windows between its neighbours."""
     for _ in range(CLOSER):
         tried.sort(key=lambda one: one.window_s)
-        at = min(range(len(tried)), key=lambda k: tried[k].fitted.chi2)
+        squares = [one.square(cells) for one in tried]
+        at = int(np.argmin(squares))
         if not 0 < at < len(tried) - 1:
             break
         near = tried[at - 1 : at + 2]
-        curve = np.polyfit([one.window_s for one in near], [one.fitted.chi2 for one in near], 2)
-        lowest = float(-curve[1] / (2 * curve[0]))
-        if not near[0].window_s < lowest < near[2].window_s:
+        if not np.isfinite(squares[at - 1 : at + 2]).all():
+            break
+        curve = np.polyfit([one.window_s for one in near], squares[at - 1 : at + 2], 2)
+        lowest = float(-curve[1] / (2 * curve[0])) if curve[0] > 0 else near[1].window_s
+        if lowest == near[1].window_s or not near[0].window_s < lowest < near[2].window_s:
             break
         tried.append(fit(lowest))
-    return min(tried, key=lambda one: one.fitted.chi2)
+    return min(tried, key=lambda one: one.square(cells))
 
 
 def _average(recording: Recording, best: Windowed, period_s: float) -> SpeedAverage:
@@ -101,7 +119,7 @@ def _average(recording: Recording, best: Windowed, period_s: float) -> SpeedAver
     moved = -solve_balanced(normal, np.einsum("np,n->p", fitted.jacobian, column), DAMPING)
     own = column + np.einsum("np,p->n", fitted.jacobian, moved)
     pulls = np.bincount(solver.block, own * fitted.residual)
-    error = math.sqrt(float(pulls @ pulls)) / float(own @ own)
+    error = math.sqrt(square_of(pulls)) / max(square_of(own), 1e-300)
     motor = fitted.motor.linear
     return SpeedAverage(
         "window",
@@ -118,6 +136,7 @@ def _average(recording: Recording, best: Windowed, period_s: float) -> SpeedAver
 def _residuals(recording: Recording, best: Windowed, window_s: float) -> np.ndarray:
     """Of the rows of `best`, what its motor leaves of speeds over `window_s`; NaN where a window begins too early."""
     motor, rows = best.fitted.motor, np.full(best.study.trial.valid.size, np.nan)
-    study = _over(recording, motor, best.study.packed.observation.noise, window_s)
+    noise, request = best.study.packed.observation.noise, best.study.solver.request
+    study = _over(recording, motor, noise, request, window_s)
     rows[study.solver.cells] = study.solver.residual_of(motor, best.fitted.speeds)[1]
     return rows[best.study.solver.cells]

@@ -9,6 +9,7 @@ from test_search import FRICTION_V, GAIN, PERIOD_S, POLE, noisy_log
 
 from jaxmotor import diagnose
 from jaxmotor.diagnosis import extended_model, to_json
+from jaxmotor.recording import Segment
 
 
 @pytest.mark.parametrize(("seen", "seed"), [("window", 1), ("filter", 2)])
@@ -47,3 +48,27 @@ def test_beside_friction_the_average_is_the_logs_and_no_lag_of_the_motor():
     assert abs(float(found.motor.linear.pole) - POLE) < 3 * found.standard_error["pole_rad_s"] < 0.1 * POLE
     assert sum("property of the log" in note for note in found.notes) == 1
     assert not any("it is not known over how long" in note for note in found.notes)
+
+
+def test_windows_longer_than_segments_are_not_tried():
+    """The longest window that could be sought would leave no row of these."""
+    whole = noisy_log(3, FRICTION_V)
+    [run] = whole.segments
+    assert run.tick is not None and run.speed_rad_s is not None
+    pieces = [slice(begin, begin + 15) for begin in range(0, len(run), 30)]
+    segments = tuple(
+        Segment(
+            "other",
+            float(run.time_s[piece.start]),
+            False,
+            {},
+            run.time_s[piece] - run.time_s[piece.start],
+            run.volts[piece],
+            tick=np.arange(15),
+            speed_rad_s=run.speed_rad_s[piece],
+        )
+        for piece in pieces
+    )
+    found = diagnose(dataclasses.replace(whole, segments=segments, speed_window_s=None))
+    assert {"coulomb_friction", "stiction"} & {one.name for one in found.effects}
+    assert found.average is None or abs(found.average.length_s - PERIOD_S) < 3 * found.average.standard_error_s
