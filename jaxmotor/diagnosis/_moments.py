@@ -3,6 +3,7 @@
 import numpy as np
 
 from jaxmotor.diagnosis._free import with_each, without_effect
+from jaxmotor.diagnosis._score_test import without_own
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor.effects import AbstractStepInTime, Rig
 
@@ -44,10 +45,7 @@ def moment_error(solver: Solver, fitted: Fitted, step: AbstractStepInTime, rig: 
 def profile(solver: Solver, base: Fitted, start: AbstractStepInTime, moments: np.ndarray) -> np.ndarray:
     """(k,) sum of squares that `base` leaves with a step like `start` at each of `moments` [s], to first order."""
     columns = _columns(solver, base, [start.but(moment_s=float(moment)) for moment in moments])
-    size = np.linalg.norm(base.jacobian, axis=0)
-    basis, _ = np.linalg.qr(base.jacobian / np.maximum(size, 1e-300))
-    left = columns - np.einsum("np,pk->nk", basis, np.einsum("np,nk->pk", basis, columns))
-    residual = base.residual - np.einsum("np,p->n", basis, np.einsum("np,n->p", basis, base.residual))
+    left, residual = without_own(base, columns), without_own(base, base.residual)
     gain = np.einsum("nk,n->k", left, residual) ** 2 / np.maximum(np.einsum("nk,nk->k", left, left), 1e-9)
     return square_of(residual) - gain
 

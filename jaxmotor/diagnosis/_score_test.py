@@ -156,6 +156,12 @@ def _turned(start: AbstractEffect, size: np.ndarray) -> AbstractEffect:
     return start.but(**grown, phase_rad=float(np.arctan2(size[1], size[0])))
 
 
+def without_own(base: Fitted, rows: np.ndarray) -> np.ndarray:
+    """`rows` (n, ...) of residuals less what a change of the parameters of `base` would do as well."""
+    own = _own(base)
+    return rows - np.einsum("nk,k...->n...", own.basis, own.along(rows))
+
+
 class _Own(NamedTuple):
     """What a motor's own parameters can change; a prior holds some of it back. n rows, p parameters."""
 

@@ -15,6 +15,7 @@ from jaxmotor.diagnosis._evidence import NOTHING
 from jaxmotor.diagnosis._found import COARSE, FINE, NAMED, NEARLY, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._places import at_best_place
 from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, late
@@ -153,7 +154,10 @@ class Search:
         return motors
 
     def _fit(self, near: Fitted, motor: Motor, bar: float = math.inf) -> Fitted:
-        return self.solver.fit(motor, near.speeds, COARSE, bar=bar)
+        return self._placed(self.solver.fit(motor, near.speeds, COARSE, bar=bar))
+
+    def _placed(self, fitted: Fitted) -> Fitted:
+        return at_best_place(self.solver, fitted, self.rig, COARSE)
 
     def _extend(self, bases: list[Fitted], most: int, bar: float = math.inf) -> None:
         """Fit each of `bases` with one of `most` candidates more; fits whose chi2 will not come below `bar`, or not as
@@ -234,7 +238,7 @@ class Search:
         if base is self.linear and min(one.chi2 for one in found) > LITTLE * base.chi2:
             # Without the effect, gain and pole may have gone where it does not show.
             found.append(fit(with_effect(self.first, first.effect)))
-        return min(found, key=lambda one: one.chi2)
+        return self._placed(min(found, key=lambda one: one.chi2))
 
     def _completed(self, half: Fitted) -> Fitted:
         """`half`, which has a law that fits no motor alone, with what that wants beside it."""

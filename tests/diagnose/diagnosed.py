@@ -37,6 +37,7 @@ MADE = {
     "fast": lambda: recording(1, gain=13.0, pole=60.0, runs=RUNS),
     "friction": lambda: recording(3, friction=0.3, runs=RUNS),
     "delay": lambda: hidden(0, lambda volts, time: np.concatenate([[0.0], volts[:-1]])),
+    "threshold": lambda: hidden(5, lambda volts, time: np.where(np.abs(volts) >= 0.83, volts, 0.0)),
     "clip": lambda: hidden(1, lambda volts, time: np.clip(volts, -3.8, 3.8)),
     "late": lambda: hidden(2, lambda volts, time: volts - 0.25 * (time > 21.0)),
     "periodic": lambda: hidden(3, lambda volts, time: volts + 0.2 * np.sin(2 * np.pi * 3.3 * time)),

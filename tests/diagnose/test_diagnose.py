@@ -161,6 +161,16 @@ def test_the_json_holds_the_contract():
     assert (run.returncode, run.stdout) == (0, "4 of 4 lines hold\n")
 
 
+def test_a_threshold_lies_between_two_of_many_voltages():
+    made, found = of("threshold")
+    [effect] = found.effects
+    assert (found.verdict, effect.name) == ("extended", "input_threshold")
+    applied = np.unique(np.abs(np.concatenate([one.volts for one in made.segments])))
+    assert np.count_nonzero((applied > 0.02 * made.supply_V) & (applied < 0.3 * made.supply_V)) > 64
+    above = int(np.searchsorted(applied, 0.83))
+    assert applied[above - 1] < effect.parameters["volts_V"] < applied[above]
+
+
 def test_a_filtered_log_and_a_lagging_current_are_rivals():
     """They are one transfer function: K a b/((s + a) (s + b)), with b the filter's or the winding's."""
     _, found = of("lag")

@@ -137,6 +137,12 @@ class AbstractEffect(eqx.Module):
         Laws that a factor makes larger or smaller (`scaled`) need one for each shape, others a few sizes.
         """
 
+    def around(self: E, rig: Rig) -> "tuple[E, ...]":
+        """It at the places around its own, where it has one that no derivative leads to and that has more than its
+        `starts`."""
+        del rig
+        return ()
+
     def possible(self, rig: Rig) -> bool:
         """A motor on `rig` can have it of this size: what lies beyond is another law, or none.
 

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from jaxmotor.motor.effects._base import (
     INFINITE,
@@ -110,10 +111,26 @@ class InputThreshold(AbstractDriveEffect, AbstractSourceEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        low, high = 0.004 * rig.supply_V, 0.13 * rig.supply_V
+        places = cls._places(rig)
+        return tuple(cls.of(volts_V=volts) for volts in places[:: cls._apart(places)])
+
+    def around(self, rig: Rig) -> tuple[AbstractEffect, ...]:
+        places, volts = self._places(rig), float(self.volts_V)
+        own, apart = int(np.searchsorted(places, volts)), self._apart(places)
+        near = places[max(own - apart, 0) : own + apart + 1] if apart > 1 else []
+        return tuple(self.of(volts_V=other) for other in near if other != volts)
+
+    @staticmethod
+    def _places(rig: Rig) -> list[float]:
+        """In the middle between two of the voltages that were applied [V]: what is larger than most is no threshold."""
+        low, high = 0.004 * rig.supply_V, 0.3 * rig.supply_V
         between = [(a + b) / 2 for a, b in zip((0.0, *rig.volts_V), rig.volts_V, strict=False)]
-        between = [volts for volts in between if low < volts < high]
-        return tuple(cls.of(volts_V=volts) for volts in between[:: max(1, len(between) // 32)])
+        return [volts for volts in between if low < volts < high]
+
+    @staticmethod
+    def _apart(places: list[float]) -> int:
+        """Of how many `places` one is a start."""
+        return max(1, len(places) // 32)
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
