@@ -137,7 +137,7 @@ def _motor(diagnosis: Diagnosis) -> str:
 
 
 def _advice(diagnosis: Diagnosis) -> list[str]:
-    lines = [f"{_if_named(found)}: {found.effect.advice}" for found in diagnosis.named]
+    lines = [f"{_if_named(found)}: {found.effect.advice}" for found in diagnosis.named if found.is_told]
     # Those that have a plan are numbered as their files are.
     planned = [one for one in diagnosis.experiments if one.plan is not None]
     lines += [f"record next ({number}): {one.text}" for number, one in enumerate(planned[:MOST], 1)]

@@ -121,7 +121,7 @@ def diagnose(
         left=left,
         left_looks=left_looks,
         learned=tuple(laws.values()),
-        experiments=_experiments(study, found.fitted, twins),
+        experiments=_experiments(study, found.fitted, twins, {one.name for one in every if one.is_told}),
         notes=_once(
             *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, every),
             *_ambiguous(found.fitted, spread, twins),
@@ -356,9 +356,12 @@ def _unknown(effect: AbstractEffect, error: dict[str, float]) -> tuple[str, ...]
     return tuple(name for name in error if name != "phase_rad" and error[name] > UNKNOWN * abs(values[name]))
 
 
-def _experiments(study: Study, fitted: Fitted, twins: dict[tuple[str, str], Fitted]) -> tuple[Experiment, ...]:
-    """For each effect, what tells it from its rivals that this recording cannot."""
-    wanted = [experiment(study.solver, pair, fitted.motor, other, study.recording) for pair, other in twins.items()]
+def _experiments(
+    study: Study, fitted: Fitted, twins: dict[tuple[str, str], Fitted], told: set[str]
+) -> tuple[Experiment, ...]:
+    """For each effect that is `told`, what tells it from its rivals that this recording cannot."""
+    pairs = {pair: other for pair, other in twins.items() if pair[0] in told}
+    wanted = [experiment(study.solver, pair, fitted.motor, other, study.recording) for pair, other in pairs.items()]
     return tuple(sorted(wanted, key=lambda one: -one.chi2_excess))
 
 

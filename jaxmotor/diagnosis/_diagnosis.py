@@ -92,6 +92,11 @@ class FoundEffect:
         return self.family_probability >= NAMED
 
     @property
+    def is_told(self) -> bool:
+        """It or its family is more likely than not. Otherwise the motor only fits better with it."""
+        return self.is_named or self.of_family >= NAMED
+
+    @property
     def name(self) -> str:
         return self.effect.name
 
@@ -210,12 +215,17 @@ class Diagnosis(Shown):
         return (*self.effects, *self.disturbances)
 
     @property
+    def outside(self) -> tuple[FoundEffect, ...]:
+        """The disturbances that are named."""
+        return tuple(one for one in self.disturbances if one.is_named)
+
+    @property
     def looks_like(self) -> Look | None:
         """The most telling look at what is left, where the verdict is `unexplained`."""
         if self.verdict != "unexplained":
             return None
-        if self.disturbances:
-            text = "; ".join(one.summary for one in self.disturbances)
+        if self.outside:
+            text = "; ".join(one.summary for one in self.outside)
             return Look("time", text, 1.0, 0.0, np.zeros(0), np.zeros(0), outside=True)
         if self.undecided:
             names = ", ".join(one.phrase for one in self.open_hypotheses)

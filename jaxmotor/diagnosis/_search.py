@@ -45,8 +45,8 @@ have to be extended."""
 EQUAL = 0.1
 """Part of a model's weight from which another one is not told from it."""
 LEAST, SHARE = 0.1, 0.5
-"""Part of the mean square that an effect must take up where more is left than noise: some law takes up a little of
-anything. Where the noise is known, part of what is there beside it."""
+"""Part of the mean square, beside the noise where that is known, that an effect must take up where more is left than
+noise: some law takes up a little of anything; and where that is so little that it may be what laws are off by."""
 LITTLE = 0.5
 """Part of chi2: where the first effect leaves more, it is tried from another start, too."""
 LIKELY = 0.4
@@ -291,11 +291,12 @@ class Search:
         return fitted
 
     def _imitates(self, shorter: Fitted, fitted: Fitted) -> bool:
-        """The effect that `fitted` has more takes up but a part of something else."""
-        gain = shorter.chi2 - fitted.chi2
-        if self.solver.noise_known:
-            return fitted.chi2 > self.explained.enough(fitted, NEARLY) and gain < SHARE * (shorter.chi2 - 1)
-        return not self.explained.holds(fitted) and gain < LEAST * fitted.chi2
+        """The effect that `fitted` has more takes up too little of something else. Where next to nothing is left it
+        would be as good as certain."""
+        if not self.explained.holds(fitted):
+            return fitted.chi2 > self.least(shorter, LEAST)
+        nearly = self.explained.enough(fitted, NEARLY)
+        return self.solver.noise_known and fitted.chi2 > max(nearly, self.least(shorter, SHARE))
 
     def _named(self, fitted: Fitted, name: str) -> Named:
         """The effect `name` of `fitted`, and the models with another one in its place, the best first."""

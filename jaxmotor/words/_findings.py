@@ -53,7 +53,7 @@ def looks_like(diagnosis: Diagnosis) -> str | None:
         return None
     if diagnosis.undecided:
         return f"the residual is no more than noise, but there may be {look.text}"
-    if diagnosis.disturbances:
+    if diagnosis.outside:
         return f"something acted from outside, which is no part of the motor: {look.text}"
     residual = "unexplained residual" if diagnosis.effects else "residual voltage"
     more = "no further effect" if diagnosis.effects else "no effect"

@@ -113,7 +113,7 @@ def _odds(found: FoundEffect, path: str) -> Html:
 
 def _next(diagnosis: Diagnosis) -> Content:
     told: list[Content] = []
-    for found in diagnosis.named:
+    for found in (one for one in diagnosis.named if one.is_told):
         name = capital(named(found.name)) if found.probability >= LIKELY else f"If it is {named(found.name)}"
         told.append(f"{name}: {found.effect.advice}")
     left = looks_like(diagnosis)
