@@ -160,27 +160,27 @@ def _explained(recording: Recording, fit: Fit, request: Request, seed: int) -> _
     request.tell(1)
     search = Search(study.solver, first, linear, rig_of(recording, study.trial))
     found = Found(linear, linear, (), {}, {})
-    average = _window(recording, study, linear, lambda: search.best_without(LAG), EXPLAINED)
+    average = _window(search, study, lambda: search.best_without(LAG), EXPLAINED)
     if average is None:
         found = extended(
             search,
             lambda fitted: _left(study, fitted, seed)[2],
             lambda fitted: _is_explained(study, fitted, linear),
         )
-        average = _window(recording, study, linear, lambda: found.fitted)
+        average = _window(search, study, lambda: found.fitted)
     if average is not None:
         # Lags of the readings are not the motor's: what was found with them is found anew.
         return _explained(stated(recording, average), dataclasses.replace(fit, average=average), request, seed)
     return _Explained(fit, study, linear, before, missing, found_looks, search, found)
 
 
-def _window(
-    recording: Recording, study: Study, linear: Fitted, motor: Callable[[], Fitted], enough: float = np.inf
-) -> SpeedAverage | None:
-    """Of the speeds of `recording`, where neither it nor the `linear` motor tells, as the `motor` shows it."""
-    if recording.measured != "speed" or recording.speed_window_s is not None or linear.chi2 <= EXPLAINED:
+def _window(search: Search, study: Study, motor: Callable[[], Fitted], enough: float = np.inf) -> SpeedAverage | None:
+    """Of the speeds of a recording, where neither it nor the linear motor tells, as the `motor` shows it."""
+    recording = study.recording
+    if recording.measured != "speed" or recording.speed_window_s is not None or search.linear.chi2 <= EXPLAINED:
         return None
-    return window_beside(recording, study, motor(), enough)
+    found = motor()
+    return window_beside(recording, study, found, tuple(search.visited.fitted.values()), enough)
 
 
 def _once(*notes: str) -> tuple[str, ...]:

@@ -1,32 +1,32 @@
 """Over how long the speeds of a log were averaged, found with the effects of its motor.
 
 `identify` finds that beside a linear motor, if that explains the rest. Where it does not, the search has taken the
-window for lags of the motor. Here these are left out, and a window W is fitted beside the other effects; of both the
-one with the least
+window for lags of the motor. Here these are left out, but for a delay, which does not smooth, and a window W is fitted
+beside the other effects; of both the one with the least
 
     n' ln S + k ln n'
 
 is taken, S the mean square over rows that all windows leave (one that begins before its piece has no mean), k the
-number of parameters (of the lags, or one), n' the rows over those that one independent reading takes
+number of parameters, n' the rows over those that one independent reading takes
 (`Noise.rows_per_reading`).
 """
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from jaxmotor._balanced import solve_balanced
 from jaxmotor.diagnosis._found import COARSE
-from jaxmotor.diagnosis._free import without_effect
+from jaxmotor.diagnosis._free import with_effect, without_effect
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import DAMPING, Fitted, square_of
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.estimate import UNSURE, SpeedAverage, with_window
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import OF_LOG, free_size
+from jaxmotor.motor.effects import OF_LOG, TransportDelay, free_size
 from jaxmotor.prediction import Noise
 from jaxmotor.recording import Recording
 
@@ -38,6 +38,8 @@ CLOSER = 3
 """Times that the best window is sought among its neighbours."""
 KEPT = 0.5
 """Part of the rows that a window must leave to be tried."""
+STEPS, NEAR = 3, 0.2
+"""Steps from the best of these, and part of the window's error that the last one may have."""
 STEP = 0.02
 """Part of a window over which residuals are differenced."""
 
@@ -55,35 +57,47 @@ class Windowed(NamedTuple):
         return square_of(own) / max(len(own), 1)
 
 
-def window_beside(recording: Recording, study: Study, found: Fitted, enough: float = math.inf) -> SpeedAverage | None:
-    """The window of `recording`, of speeds whose average is not stated, with the effects of `found`; None where their
-    lags explain the readings as well, or where more than `enough` (chi2 per sample) is left."""
-    motor = found.motor
-    lags = [effect for effect in motor.effects if effect.family == LAG or isinstance(effect, OF_LOG)]
-    for effect in lags:
-        motor = without_effect(motor, effect.name)
+def window_beside(
+    recording: Recording, study: Study, found: Fitted, others: Sequence[Fitted], enough: float = math.inf
+) -> SpeedAverage | None:
+    """The window of `recording`, of speeds whose average is not stated, with the effects of `found` that are no lags,
+    and with a delay beside them or none; None where one of the `others`, by its lags, explains the readings as well, or
+    where more than `enough` (chi2 per sample) is left."""
     noise, solver = study.packed.observation.noise, study.solver
     period_s = float(np.median(study.packed.durations))
-    over = functools.partial(_over, recording, motor, noise, solver.request)
+    over = functools.partial(_over, recording, found.motor, noise, solver.request)
     studies = {rows * period_s: over(rows * period_s) for rows in ROWS}
     used = {length: its for length, its in studies.items() if len(its.solver.cells) >= KEPT * len(solver.cells)}
     if not used:
         return None
     cells = functools.reduce(np.intersect1d, [its.solver.cells for its in used.values()], solver.cells)
+    number = len(cells) / max(noise.rows_per_reading, 1.0)
 
-    def fit(window_s: float, its: Study | None = None) -> Windowed:
-        its = its or over(window_s)
-        speeds = found.speeds if len(found.speeds) == len(its.solver.starts) else None
-        return Windowed(window_s, its, its.solver.fit(motor, speeds, COARSE))
+    def cost(one: Windowed, more: int) -> float:
+        square, size = one.square(cells), sum(map(free_size, one.fitted.motor.effects)) + more
+        return number * math.log(square) + size * math.log(max(number, 1.0)) if 0 < square < math.inf else math.inf
 
-    best = _closer(fit, [fit(length, its) for length, its in used.items()], cells)
-    before, after = Windowed(0.0, study, found).square(cells), best.square(cells)
-    if not 0 < after < math.inf or best.fitted.chi2 > enough:
-        return None
-    number, parameters = len(cells) / max(noise.rows_per_reading, 1.0), sum(map(free_size, lags))
-    if number * math.log(max(before, after) / after) + (parameters - 1) * math.log(max(number, 1.0)) <= 0:
-        return None
-    return _average(recording, best, period_s)
+    bests = []
+    for motor in _without_lags(found.motor, period_s):
+
+        def fit(window_s: float, its: Study | None = None, motor: Motor = motor) -> Windowed:
+            its = its or over(window_s)
+            speeds = found.speeds if len(found.speeds) == len(its.solver.starts) else None
+            return Windowed(window_s, its, its.solver.fit(motor, speeds, COARSE))
+
+        best = _closer(fit, [fit(length, its) for length, its in used.items()], cells)
+        bests.append(_settled(recording, fit, best, cells))
+    best = min(bests, key=lambda one: cost(one, 1))
+    least = min(cost(Windowed(0.0, study, other), 0) for other in (found, *others))
+    return _average(recording, best, period_s) if cost(best, 1) < least and best.fitted.chi2 <= enough else None
+
+
+def _without_lags(motor: Motor, period_s: float) -> tuple[Motor, Motor]:
+    """`motor` without its lags, and with a delay in their place."""
+    for effect in motor.effects:
+        if effect.family == LAG or isinstance(effect, OF_LOG):
+            motor = without_effect(motor, effect.name)
+    return motor, with_effect(motor, TransportDelay.of(delay_s=period_s))
 
 
 def _over(recording: Recording, motor: Motor, noise: Noise, request: Request, window_s: float) -> Study:
@@ -110,17 +124,54 @@ def _closer(fit: Callable[[float], Windowed], tried: list[Windowed], cells: np.n
     return min(tried, key=lambda one: one.square(cells))
 
 
-def _average(recording: Recording, best: Windowed, period_s: float) -> SpeedAverage:
-    """`best` with its error (by blocks), and what gain and pole move by with the window."""
-    fitted, solver, window_s = best.fitted, best.study.solver, best.window_s
+def _settled(recording: Recording, fit: Callable[[float], Windowed], best: Windowed, cells: np.ndarray) -> Windowed:
+    """`best`, and from there Gauss-Newton steps of the window as long as they bring something."""
+    for _ in range(STEPS):
+        slope = _slope(recording, best)
+        step = slope.step_s(best.fitted.residual)
+        if abs(step) < NEAR * slope.error_s(best) or not 0 < best.window_s + step < 2 * best.window_s:
+            break
+        new = fit(best.window_s + step)
+        if not new.square(cells) < best.square(cells):
+            break
+        best = new
+    return best
+
+
+class _Slope(NamedTuple):
+    """What a longer window changes. n rows, p free numbers of the motor."""
+
+    own: np.ndarray
+    """(n,) of the residual, beside what the motor takes up of that [standard deviations/s]."""
+    moved: np.ndarray
+    """(p,) of the free numbers [1/s]."""
+
+    def step_s(self, residual: np.ndarray) -> float:
+        """To the window that leaves least of `residual` [s]."""
+        return -float(np.einsum("n,n->", self.own, residual)) / max(square_of(self.own), 1e-300)
+
+    def error_s(self, best: Windowed) -> float:
+        """Of the window `best` [s]: by blocks, and never less than its rows are worth."""
+        solver, residual = best.study.solver, best.fitted.residual
+        pulls = np.bincount(solver.block, self.own * residual)
+        per_reading = max(best.study.packed.observation.noise.rows_per_reading, 1.0)
+        least = square_of(self.own) * best.fitted.chi2 * per_reading
+        return math.sqrt(max(square_of(pulls), least)) / max(square_of(self.own), 1e-300)
+
+
+def _slope(recording: Recording, best: Windowed) -> _Slope:
+    fitted, window_s = best.fitted, best.window_s
     sides = [_residuals(recording, best, share * window_s) for share in (1 - STEP, 1 + STEP)]
     column = np.nan_to_num((sides[1] - sides[0]) / (2 * STEP * window_s))
     normal = np.einsum("np,nq->pq", fitted.jacobian, fitted.jacobian) + np.diag(1 / fitted.layout.spread**2)
     moved = -solve_balanced(normal, np.einsum("np,n->p", fitted.jacobian, column), DAMPING)
-    own = column + np.einsum("np,p->n", fitted.jacobian, moved)
-    pulls = np.bincount(solver.block, own * fitted.residual)
-    error = math.sqrt(square_of(pulls)) / max(square_of(own), 1e-300)
-    motor = fitted.motor.linear
+    return _Slope(column + np.einsum("np,p->n", fitted.jacobian, moved), moved)
+
+
+def _average(recording: Recording, best: Windowed, period_s: float) -> SpeedAverage:
+    """`best` with its error, and what gain and pole move by with the window."""
+    slope, window_s = _slope(recording, best), best.window_s
+    error, motor = slope.error_s(best), best.fitted.motor.linear
     return SpeedAverage(
         "window",
         window_s,
@@ -128,8 +179,8 @@ def _average(recording: Recording, best: Windowed, period_s: float) -> SpeedAver
         window_s / 2,
         error / 2,
         window_s > period_s and 1.96 * error < UNSURE * window_s,
-        float(motor.gain * moved[0]),
-        float(motor.pole * moved[1]),
+        float(motor.gain * slope.moved[0]),
+        float(motor.pole * slope.moved[1]),
     )
 
 

@@ -6,6 +6,7 @@ and many motors side by side are arrays in the place of numbers, which broadcast
 """
 
 import abc
+import functools
 import math
 import operator
 from collections.abc import Callable
@@ -136,7 +137,7 @@ class _Spans(NamedTuple):
     first: Int[Array, "..."]
     steps: Int[Array, ""]
     whole: Int[Array, "..."]
-    """Whole ticks that the voltage is late."""
+    """Whole ticks that the voltage is late, where all are equally long."""
 
 
 class _Row(NamedTuple):
@@ -180,6 +181,8 @@ class _Carry(NamedTuple):
     memory: tuple[Scalar, ...]
     past: Float[Array, "k *lanes"]
     """Voltages asked for, the latest first; empty without delay."""
+    since: Float[Array, "k *lanes"] | None
+    """Time from when each of `past` was asked for to the tick [s]; None where all ticks are equally long."""
     angle: Scalar
     """Simulated [rad]."""
     read: Scalar
@@ -256,16 +259,17 @@ def simulate_motor(
         # As many steps in each row: loops side by side would wait for the longest, and do all else twice.
         longest = jnp.minimum(lengths[1], LONGEST_ROW * lengths[0])
         setup, over = _stepped(setup, longest), tabulated(setup.over, lengths)
-    spans = _spans(_stepped(setup, duration), duration, over) if duration.ndim == 0 else None
+    spans = None
+    if duration.ndim == 0:
+        whole, part = _ticks_late(setup, duration)
+        spans = _spans(_stepped(setup, duration), over, duration, part, whole)
 
     def tick(carry: _Carry, row: _Row) -> tuple[_Carry, Run]:
-        now = spans
-        if now is None:
-            now = _spans(setup if lengths is not None else _stepped(setup, row.duration), row.duration, over)
-        return _tick(setup, now, _begun(setup, carry, row), row)
+        own = setup if lengths is not None or spans is not None else _stepped(setup, row.duration)
+        return _tick(setup, spans or functools.partial(_spans, own, over), _begun(setup, carry, row), row)
 
     inputs = _inputs(rows, duration, setup.parts.early)
-    _, run = scan_rows(tick, _start(setup, rows.volts[0], shape, begin), inputs, used)
+    _, run = scan_rows(tick, _start(setup, rows.volts[0], shape, begin, even=spans is not None), inputs, used)
     return run
 
 
@@ -317,32 +321,68 @@ def _stepped(setup: _Setup, duration: Scalar) -> _Setup:
     return setup._replace(steps=steps)
 
 
-def _spans(setup: _Setup, duration: Scalar, over: Callable[[Scalar], Linear]) -> _Spans:
-    """Where a delay ends within the tick a further step begins, so that each step has one voltage."""
-    steps, delays = setup.steps, setup.parts.delays
-
-    if not delays:
+def _spans(
+    setup: _Setup,
+    over: Callable[[Scalar], Linear],
+    duration: Scalar,
+    part: Scalar,
+    whole: Int[Array, "..."],
+) -> _Spans:
+    """A tick of `duration` [s] of which the old voltage acts for a `part`: where that ends a further step begins, so
+    that each step has one voltage."""
+    steps = setup.steps
+    if not setup.parts.delays:
         even, none = over(duration / steps.astype(duration.dtype)), jnp.zeros_like(steps)
         return _Spans(even, even, none, steps, none)
-    ticks = sum((effect.delay() for effect in delays), jnp.zeros_like(duration)) / duration
-    if setup.parts.early:  # and nowhere else: at a delay of zero the limit would halve its derivative
-        ticks = jnp.maximum(ticks + 1.0, 0.0)
-    whole = jnp.clip(jnp.floor(ticks), 0.0, LONGEST_DELAY - 2.0)
-    part = jnp.minimum(ticks - whole, 1.0)
     first = jnp.clip(jnp.ceil(part * steps.astype(part.dtype)).astype(steps.dtype), 1, steps)
     numbers = jnp.stack([first, steps + 1 - first]).astype(part.dtype)
     both = jax.vmap(over)(jnp.stack([part * duration, (1 - part) * duration]) / numbers)
     old, new = (jax.tree.map(operator.itemgetter(k), both) for k in (0, 1))
-    return _Spans(old, new, first, steps + 1, whole.astype(steps.dtype))
+    return _Spans(old, new, first, steps + 1, whole)
 
 
-def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: InitialAngle | None) -> _Carry:
+def _delay(setup: _Setup) -> Scalar:
+    """How late voltages are [s]."""
+    return sum((effect.delay() for effect in setup.parts.delays), jnp.zeros_like(setup.motor.linear.gain))
+
+
+def _ticks_late(setup: _Setup, duration: Scalar) -> tuple[Int[Array, "..."], Scalar]:
+    """Whole ticks, each of `duration` [s], and the part of one by which voltages are late."""
+    ticks = _delay(setup) / duration
+    if setup.parts.early:  # and nowhere else: at a delay of zero the limit would halve its derivative
+        ticks = jnp.maximum(ticks + 1.0, 0.0)
+    whole = jnp.clip(jnp.floor(ticks), 0.0, LONGEST_DELAY - 2.0)
+    return whole.astype(setup.steps.dtype), jnp.minimum(ticks - whole, 1.0)
+
+
+def _late_volts(
+    delay: Scalar, past: Float[Array, "k *lanes"], since: Float[Array, "k *lanes"], duration: Scalar
+) -> tuple[Scalar, Scalar, Scalar]:
+    """The voltage that acts as a tick of `duration` [s] begins, that after it, and for which part of it the first acts,
+    where those of `past`, asked for `since` when [s], act `delay` [s] later.
+
+    The second is the mean of all that follow in the tick: there may be more than one where ticks before were shorter.
+    """
+    begins = delay - since
+    acts = begins <= 0
+    number = jnp.where(acts.any(0), jnp.argmax(acts, axis=0), len(past) - 1)
+    old = jnp.take_along_axis(jnp.broadcast_to(past, begins.shape), number[None], 0, mode="promise_in_bounds")[0]
+    change = jnp.minimum(jnp.where(acts, jnp.inf, begins).min(0), duration)
+    inside = jnp.clip(begins, change, duration)
+    follows = jnp.concatenate([jnp.broadcast_to(duration, inside[:1].shape), inside[:-1]]) - inside
+    rest = duration - change
+    new = jnp.where(rest > 0, (follows * past).sum(0) / jnp.where(rest > 0, rest, 1.0), past[0])
+    return old, new, change / duration
+
+
+def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: InitialAngle | None, *, even: bool) -> _Carry:
     zero = jnp.zeros(shape, volts.dtype)
     angle, reading = (zero, zero + 0.5) if begin is None else begin
     memory = tuple(zero for _ in setup.parts.memories)
     past = jnp.zeros((LONGEST_DELAY if setup.parts.delays else 0, *volts.shape), volts.dtype)
+    since = None if even or not setup.parts.delays else past
     control = None if setup.controller is None else setup.controller.begin()
-    return _Carry(setup.resting(zero), memory, past, angle, zero, reading, control)
+    return _Carry(setup.resting(zero), memory, past, since, angle, zero, reading, control)
 
 
 def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
@@ -356,26 +396,47 @@ def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
         x=setup.resting(row.speed),
         memory=tuple(effect.begin(memory, row.speed, pause) for effect, memory in effects),
         past=jnp.zeros_like(carry.past).at[:1].set(row.own if setup.parts.early else 0.0),
+        since=None if carry.since is None else jnp.zeros_like(carry.since),
         read=-_rounded(carry.reading, -row.speed * row.duration, setup.count_rad)[0],
         control=None if setup.controller is None else setup.controller.begin(),
     )
     return jax.tree.map(lambda new, old: jnp.where(row.reset, new, old), new, carry)
 
 
-def _tick(setup: _Setup, spans: _Spans, carry: _Carry, row: _Row) -> tuple[_Carry, Run]:
+def _tick(
+    setup: _Setup, spans: _Spans | Callable[[Scalar, Scalar, Scalar], _Spans], carry: _Carry, row: _Row
+) -> tuple[_Carry, Run]:
     parts, volts, control = setup.parts, row.volts, carry.control
     if setup.controller is not None:
         volts, control = setup.controller.volts(control, volts, _reading(setup, carry, row.duration), row.duration)
-    past = jnp.concatenate([volts[None], carry.past[:-1]]) if parts.delays else carry.past
-    old, new = (_ago(past, spans.whole + 1), _ago(past, spans.whole)) if parts.delays else (volts, volts)
-    zero = jnp.zeros_like(carry.angle)
+    past, since = _asked(setup, carry, volts, row.duration)
+    old, new, part, zero = volts, volts, row.duration, jnp.zeros_like(carry.angle)
+    if since is not None:
+        old, new, part = _late_volts(_delay(setup), past, since, row.duration)
+    elif parts.delays and isinstance(spans, _Spans):
+        old, new = _ago(past, spans.whole + 1), _ago(past, spans.whole)
+    now = spans if isinstance(spans, _Spans) else spans(row.duration, part, jnp.zeros_like(setup.steps))
     measured = None if row.angle is None else _measured(parts, row.angle, carry.memory)
-    state = _steps(setup, spans, State(carry.x, carry.memory, zero, zero), (old, new), measured or carry.angle, row)
+    state = _steps(setup, now, State(carry.x, carry.memory, zero, zero), (old, new), measured or carry.angle, row)
     seen = state.seen + _disc_error(parts, carry.angle, state.turn, measured)
     read, reading = _rounded(carry.reading, seen, setup.count_rad)
-    after = _Carry(state.x, state.memory, past, carry.angle + state.turn, read, reading, control)
+    later = None if since is None else since + row.duration
+    after = _Carry(state.x, state.memory, past, later, carry.angle + state.turn, read, reading, control)
     speed = carry.x[0]
     return after, Run(speed, state.turn, shown_speed(parts, speed, carry.memory, setup.supply), seen, volts)
+
+
+def _asked(
+    setup: _Setup, carry: _Carry, volts: Scalar, duration: Scalar
+) -> tuple[Float[Array, "k *lanes"], Float[Array, "k *lanes"] | None]:
+    """The voltages asked for up to this tick, and since when [s]; where they may be early, the next one's, too."""
+    if not setup.parts.delays:
+        return carry.past, None
+    past = jnp.concatenate([volts[None], carry.past[:-1]])
+    if carry.since is None:
+        return past, None
+    first = -duration if setup.parts.early else jnp.zeros_like(duration)
+    return past, jnp.concatenate([first[None], carry.since[:-1]])
 
 
 def _reading(setup: _Setup, carry: _Carry, duration: Scalar) -> Scalar:

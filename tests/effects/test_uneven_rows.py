@@ -1,12 +1,14 @@
 """Rows of durations of their own: interpolated propagators against those computed for each row."""
 
+import itertools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from jaxmotor.motor import Motor, Rows, SecondOrder, simulate_motor
-from jaxmotor.motor.effects import EFFECTS
+from jaxmotor.motor.effects import EFFECTS, TimingOffset, TransportDelay
 
 PERIOD = 0.005
 
@@ -67,3 +69,51 @@ def test_even_rows_are_a_case_of_it(x64):
     duration = np.full(400, PERIOD)
     for exact, found in zip(turns(motor, duration, None), turns(motor, duration, [PERIOD, PERIOD]), strict=True):
         np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
+
+
+GAIN, POLE = 10.0, 30.0
+
+
+def delayed(begins, volts, end, delay):
+    """(n + 1, 2) speed and angle at each row and at the `end` of a linear motor whose voltages act late, from one
+    change of voltage to the next."""
+    rows = [*begins, end]
+    moments = sorted({moment for moment in (*rows, *(begins + delay)) if rows[0] <= moment <= end})
+    speed, angle, at = 0.0, 0.0, {moments[0]: (0.0, 0.0)}
+    for begin, then in itertools.pairwise(moments):
+        acting = int(np.searchsorted(begins + delay, begin + 1e-12, side="right")) - 1
+        steady, keep = GAIN * volts[acting] if acting >= 0 else 0.0, np.exp(-POLE * (then - begin))
+        angle += steady * (then - begin) + (speed - steady) * (1 - keep) / POLE
+        speed = steady + (speed - steady) * keep
+        at[then] = speed, angle
+    return np.array([at[row] for row in rows])
+
+
+@pytest.mark.parametrize(
+    ("jitter", "delay", "error"),
+    [
+        (0.2, 0.0035, 1e-6),
+        (0.2, -0.0023, 1e-6),
+        # Where two voltages begin to act in one row their mean does, within that row.
+        (0.2, 0.0208, 5e-3),
+        (0.6, 0.0075, 5e-3),
+        (0.6, 0.05, 5e-3),
+    ],
+)
+def test_a_delay_is_in_seconds_whatever_the_rows_last(jitter, delay, error, x64):
+    rng = np.random.default_rng(0)
+    duration = PERIOD * (1 + jitter * rng.uniform(-1, 1, 400))
+    begins, volts = np.cumsum(duration) - duration, np.repeat(rng.uniform(-6, 6, 134), 3)[:400]
+    late = TransportDelay.of(delay_s=delay) if delay > 0 else TimingOffset.of(offset_s=-delay)
+    motor = Motor(SecondOrder(*(jnp.asarray(x) for x in (GAIN, POLE, 1e-9))), (late,), jnp.asarray(0.0))
+    reset = np.arange(400) == 0
+    rows = Rows(*(jnp.asarray(x) for x in (volts, reset, np.zeros(400), begins)))
+    lengths = jnp.asarray([PERIOD, duration.max()])
+    run = jax.jit(lambda: simulate_motor(motor, rows, jnp.asarray(duration), jnp.asarray(7.4), 5, lengths=lengths))()
+    exact = delayed(begins, volts, begins[-1] + duration[-1], delay)
+    # A voltage that is early has acted before the first row; the last one's successor is not known.
+    used = slice(0, -1) if delay > 0 else slice(200, -1)
+    angle = np.cumsum(np.asarray(run.turn)) - exact[1:, 1]
+    assert np.abs(angle[used] - (angle[200] if delay < 0 else 0.0)).max() < error * np.abs(exact[:, 0]).std()
+    if error < 1e-5:
+        assert np.abs(np.asarray(run.speed) - exact[:-1, 0])[used].max() < error * np.abs(exact[:, 0]).std()
