@@ -36,7 +36,7 @@ from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed, timing_of, with_average
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._visited import falling
-from jaxmotor.diagnosis._window import LAG, window_beside
+from jaxmotor.diagnosis._window import LAG, beside_all, window_beside
 from jaxmotor.estimate import Fit, SpeedAverage, Trace, best_guess, identify, stated
 from jaxmotor.motor import AbstractEffect, Motor
 from jaxmotor.motor.effects import LEARNED, OF_LOG, AbstractDisturbance, AbstractLearnedEffect, AbstractStepInTime
@@ -51,6 +51,8 @@ EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
 )
+ROUNDS = 3
+"""Times that a window of speeds is found, each time with the effects that were found with the last one."""
 UNKNOWN = 0.5
 """Relative standard error from which a parameter is not determined."""
 
@@ -150,8 +152,9 @@ class _Explained(NamedTuple):
     found: Found
 
 
-def _explained(recording: Recording, fit: Fit, request: Request, seed: int) -> _Explained:
-    """`recording`, which states how its speeds were made, if that is known."""
+def _explained(recording: Recording, fit: Fit, request: Request, seed: int, rounds: int = 0) -> _Explained:
+    """`recording`, which states how its speeds were made, if that is known: by its header or, from the first of
+    `rounds` on, by what was found with fewer effects."""
     first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
     study, linear = timed(recording, fit, first, request) or _untimed(recording, first, request)
     before = scored(study.solver, linear.motor, recording, study.packed, linear.speeds)
@@ -160,7 +163,8 @@ def _explained(recording: Recording, fit: Fit, request: Request, seed: int) -> _
     request.tell(1)
     search = Search(study.solver, first, linear, rig_of(recording, study.trial))
     found = Found(linear, linear, (), {}, {})
-    average = _window(search, study, lambda: search.best_without(LAG), EXPLAINED)
+    average = _window(search, study, lambda: linear, EXPLAINED)
+    average = average or _window(search, study, lambda: search.best_without(LAG), EXPLAINED)
     if average is None:
         found = extended(
             search,
@@ -168,9 +172,15 @@ def _explained(recording: Recording, fit: Fit, request: Request, seed: int) -> _
             lambda fitted: _is_explained(study, fitted, linear),
         )
         average = _window(search, study, lambda: found.fitted)
+    if average is None and rounds and fit.average is not None:
+        better = beside_all(recording, study, found.fitted, fit.average.length_s)
+        if rounds < ROUNDS and abs(better.length_s - fit.average.length_s) > better.standard_error_s:
+            average = better
+        fit = dataclasses.replace(fit, average=better)
     if average is not None:
         # Lags of the readings are not the motor's: what was found with them is found anew.
-        return _explained(stated(recording, average), dataclasses.replace(fit, average=average), request, seed)
+        fit = dataclasses.replace(fit, average=average)
+        return _explained(stated(recording, average), fit, request, seed, rounds + 1)
     return _Explained(fit, study, linear, before, missing, found_looks, search, found)
 
 

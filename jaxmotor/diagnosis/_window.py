@@ -26,7 +26,7 @@ from jaxmotor.diagnosis._solve import DAMPING, Fitted, square_of
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.estimate import UNSURE, SpeedAverage, with_window
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import OF_LOG, TransportDelay, free_size
+from jaxmotor.motor.effects import OF_LOG, ElectricalPole, SensorLag, TransportDelay, free_size
 from jaxmotor.prediction import Noise
 from jaxmotor.recording import Recording
 
@@ -61,8 +61,8 @@ def window_beside(
     recording: Recording, study: Study, found: Fitted, others: Sequence[Fitted], enough: float = math.inf
 ) -> SpeedAverage | None:
     """The window of `recording`, of speeds whose average is not stated, with the effects of `found` that are no lags,
-    and with a delay beside them or none; None where one of the `others`, by its lags, explains the readings as well, or
-    where more than `enough` (chi2 per sample) is left."""
+    and with a delay beside them if that pays; None where one of the `others`, or a lag in the window's place, explains
+    the readings as well, or where more than `enough` (chi2 per sample) is left."""
     noise, solver = study.packed.observation.noise, study.solver
     period_s = float(np.median(study.packed.durations))
     over = functools.partial(_over, recording, found.motor, noise, solver.request)
@@ -77,27 +77,47 @@ def window_beside(
         square, size = one.square(cells), sum(map(free_size, one.fitted.motor.effects)) + more
         return number * math.log(square) + size * math.log(max(number, 1.0)) if 0 < square < math.inf else math.inf
 
-    bests = []
-    for motor in _without_lags(found.motor, period_s):
+    def fit(window_s: float, motor: Motor, its: Study | None = None) -> Windowed:
+        its = its or over(window_s)
+        speeds = found.speeds if len(found.speeds) == len(its.solver.starts) else None
+        return Windowed(window_s, its, its.solver.fit(motor, speeds, COARSE))
 
-        def fit(window_s: float, its: Study | None = None, motor: Motor = motor) -> Windowed:
-            its = its or over(window_s)
-            speeds = found.speeds if len(found.speeds) == len(its.solver.starts) else None
-            return Windowed(window_s, its, its.solver.fit(motor, speeds, COARSE))
+    tried, bare = [], without_lags(found.motor)
+    motor = late = with_effect(bare, TransportDelay.of(delay_s=period_s))
+    for length, its in used.items():
+        tried.append(fit(length, motor, its))
+        # From one window to the next little changes.
+        motor = tried[-1].fitted.motor if tried[-1].fitted.settled else motor
+    best = _settled(recording, fit, _closer(fit, tried, cells), cells)
+    best = min(best, fit(best.window_s, without_lags(best.fitted.motor)), key=lambda one: cost(one, 1))
+    if best.fitted.chi2 > enough:
+        return None
+    lags = [with_effect(late, lag.of(time_constant_s=period_s)) for lag in (SensorLag, ElectricalPole)]
+    instead = (solver.fit(lag, found.speeds, COARSE) for lag in lags)
+    least = min(cost(Windowed(0.0, study, other), 0) for other in (found, *others, *instead))
+    return _average(recording, best, period_s) if cost(best, 1) < least else None
 
-        best = _closer(fit, [fit(length, its) for length, its in used.items()], cells)
-        bests.append(_settled(recording, fit, best, cells))
-    best = min(bests, key=lambda one: cost(one, 1))
-    least = min(cost(Windowed(0.0, study, other), 0) for other in (found, *others))
-    return _average(recording, best, period_s) if cost(best, 1) < least and best.fitted.chi2 <= enough else None
+
+def beside_all(recording: Recording, study: Study, found: Fitted, window_s: float) -> SpeedAverage:
+    """The window of `recording`, which states `window_s`, with all effects of `found`: in Gauss-Newton steps from
+    there, judged on rows that a window half as long again leaves, too."""
+    over = functools.partial(_over, recording, found.motor, study.packed.observation.noise, study.solver.request)
+
+    def fit(window_s: float, motor: Motor) -> Windowed:
+        its = over(window_s)
+        speeds = found.speeds if len(found.speeds) == len(its.solver.starts) else None
+        return Windowed(window_s, its, its.solver.fit(motor, speeds, COARSE))
+
+    best = _settled(recording, fit, Windowed(window_s, study, found), over(1.5 * window_s).solver.cells)
+    return _average(recording, best, float(np.median(study.packed.durations)))
 
 
-def _without_lags(motor: Motor, period_s: float) -> tuple[Motor, Motor]:
-    """`motor` without its lags, and with a delay in their place."""
+def without_lags(motor: Motor) -> Motor:
+    """`motor` without those of its effects that are lags, or the log's."""
     for effect in motor.effects:
         if effect.family == LAG or isinstance(effect, OF_LOG):
             motor = without_effect(motor, effect.name)
-    return motor, with_effect(motor, TransportDelay.of(delay_s=period_s))
+    return motor
 
 
 def _over(recording: Recording, motor: Motor, noise: Noise, request: Request, window_s: float) -> Study:
@@ -105,7 +125,7 @@ def _over(recording: Recording, motor: Motor, noise: Noise, request: Request, wi
     return study_of(with_window(recording, window_s), float(motor.linear.pole), request=request, noise=noise)
 
 
-def _closer(fit: Callable[[float], Windowed], tried: list[Windowed], cells: np.ndarray) -> Windowed:
+def _closer(fit: Callable[[float, Motor], Windowed], tried: list[Windowed], cells: np.ndarray) -> Windowed:
     """The best of `tried`, by what they leave in `cells`, and of windows between its neighbours."""
     for _ in range(CLOSER):
         tried.sort(key=lambda one: one.window_s)
@@ -120,18 +140,20 @@ def _closer(fit: Callable[[float], Windowed], tried: list[Windowed], cells: np.n
         lowest = float(-curve[1] / (2 * curve[0])) if curve[0] > 0 else near[1].window_s
         if lowest == near[1].window_s or not near[0].window_s < lowest < near[2].window_s:
             break
-        tried.append(fit(lowest))
+        tried.append(fit(lowest, near[1].fitted.motor))
     return min(tried, key=lambda one: one.square(cells))
 
 
-def _settled(recording: Recording, fit: Callable[[float], Windowed], best: Windowed, cells: np.ndarray) -> Windowed:
+def _settled(
+    recording: Recording, fit: Callable[[float, Motor], Windowed], best: Windowed, cells: np.ndarray
+) -> Windowed:
     """`best`, and from there Gauss-Newton steps of the window as long as they bring something."""
     for _ in range(STEPS):
         slope = _slope(recording, best)
         step = slope.step_s(best.fitted.residual)
         if abs(step) < NEAR * slope.error_s(best) or not 0 < best.window_s + step < 2 * best.window_s:
             break
-        new = fit(best.window_s + step)
+        new = fit(best.window_s + step, best.fitted.motor)
         if not new.square(cells) < best.square(cells):
             break
         best = new
