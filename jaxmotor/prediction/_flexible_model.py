@@ -19,7 +19,9 @@ from jaxmotor._balanced import solve_balanced
 
 POLES = 24
 DELAYS = (0, 1, 2, 3, 5, 8, 13, 21, 34)
-"""Rows by which the voltage may come late."""
+"""Rows, of the typical duration, by which the voltage may come late."""
+BETWEEN = 9
+"""Delays that are tried between the best one's neighbours."""
 BLOCKS = 20
 ROWS_PER_COLUMN = 5
 """The fewest."""
@@ -51,6 +53,11 @@ class LogRows(NamedTuple):
     def piece(self) -> np.ndarray:
         """Number of the piece of each row."""
         return np.cumsum(self.reset) - 1
+
+    @property
+    def typical_s(self) -> float:
+        """Median duration of rows that hold a reading [s]."""
+        return float(np.median(self.duration[self.valid]))
 
     @property
     def still(self) -> np.ndarray:
@@ -152,10 +159,16 @@ def _without_starts(rows: LogRows, columns: np.ndarray, starts: np.ndarray) -> n
     return columns - starts[:, None] * speed[piece]
 
 
-def _late(rows: LogRows, drive: np.ndarray, late: int) -> np.ndarray:
-    """`drive` `late` rows later; each piece begins with its first value."""
-    begin = np.flatnonzero(rows.reset)[rows.piece]
-    return drive[np.maximum(np.arange(len(drive)) - late, begin)]
+def _late(rows: LogRows, late_s: float) -> np.ndarray:
+    """The mean of the voltage over each row, from so much earlier [V]; each piece begins with its first one."""
+    first = np.flatnonzero(rows.reset)[rows.piece]
+    time, integral = (np.append(0.0, np.cumsum(one)) for one in (rows.duration, rows.volts * rows.duration))
+
+    def until(moment: np.ndarray) -> np.ndarray:
+        before = np.minimum(moment - time[first], 0.0)
+        return np.interp(moment - before, time, integral) + rows.volts[first] * before
+
+    return (until(time[1:] - late_s) - until(time[:-1] - late_s)) / rows.duration
 
 
 def _direction(rows: LogRows) -> np.ndarray:
@@ -167,7 +180,8 @@ def _direction(rows: LogRows) -> np.ndarray:
     band = 3 * _scatter(rows)
     now = np.where(rows.valid & (np.abs(rows.speed) > band), rows.speed, 0.0)
     if rows.turn:
-        return _late(rows, np.sign(now), 1)
+        begin = np.flatnonzero(rows.reset)[rows.piece]
+        return np.sign(now)[np.maximum(np.arange(len(now)) - 1, begin)]
     ends = np.append(rows.reset[1:], True)
     then = np.where(ends, now, np.append(now[1:], 0.0))
     size = np.abs(now) + np.abs(then)
@@ -183,23 +197,23 @@ def _scatter(rows: LogRows) -> float:
     return 1.4826 * float(np.median(sixth)) / np.sqrt(924) if sixth.size else 0.0
 
 
-def _pole_and_delay(rows: LogRows) -> tuple[float, int]:
-    """Pole [rad/s] and delay [rows] with which voltage, offset and friction explain most."""
+def _pole_and_delay(rows: LogRows) -> tuple[float, float]:
+    """Pole [rad/s] and delay [s] with which voltage, offset and friction explain most."""
     shortest, total = float(rows.duration[rows.valid].min()), float(rows.duration[rows.valid].sum())
     poles = np.geomspace(1.0 / total, 3.0 / shortest, POLES)
-    delays = [delay for delay in DELAYS if delay < len(rows.volts) / 10] or [0]
+    delays = np.array([delay for delay in DELAYS if delay < len(rows.volts) / 10] or [0]) * rows.typical_s
     for points in (POLES // 2, POLES // 2, 0):
         cost = _costs(rows, poles, delays)
         at, late = np.unravel_index(np.argmin(cost), cost.shape)
-        delays = [delays[late]]
         if points:
             poles = np.geomspace(poles[max(at - 1, 0)], poles[min(at + 1, len(poles) - 1)], points)
-    return float(poles[at]), int(delays[0])
+            delays = np.linspace(delays[max(late - 1, 0)], delays[min(late + 1, len(delays) - 1)], BETWEEN)
+    return float(poles[at]), float(delays[late])
 
 
-def _costs(rows: LogRows, poles: np.ndarray, delays: list[int]) -> np.ndarray:
+def _costs(rows: LogRows, poles: np.ndarray, delays: np.ndarray) -> np.ndarray:
     """(pole, delay) sum of squares that voltage, offset and friction leave."""
-    drives = [*(_late(rows, rows.volts, delay) for delay in delays), _direction(rows), np.ones_like(rows.volts)]
+    drives = [*(_late(rows, delay) for delay in delays), _direction(rows), np.ones_like(rows.volts)]
     columns = _each(rows, drives, poles).reshape(len(rows.volts), len(drives), len(poles))
     begins = responses(rows, np.zeros((len(rows.volts), len(poles))), poles, 1.0)
     valid = rows.valid[:, None]
@@ -222,14 +236,14 @@ CANDIDATES = ((0,), (0, 1), (0, 2), (0, 1, 3), (0, 1, 2, 3), (0, 1, 3, 4), (0, 1
 """Which of `_sets` are tried together."""
 
 
-def _sets(rows: LogRows, pole: float, delay: int) -> list[np.ndarray]:
+def _sets(rows: LogRows, pole: float, delay_s: float) -> list[np.ndarray]:
     """Columns of a linear motor; of friction; of linear motors with more lags; of more friction; of other laws."""
-    volts, direction = _late(rows, rows.volts, delay), _direction(rows)
+    volts, direction = _late(rows, delay_s), _direction(rows)
     size = float(np.abs(volts).max()) or 1.0
     linear = responses(rows, np.stack([volts, np.ones_like(volts)], axis=1), np.full(2, pole))
     friction = [direction, volts * (rows.valid & (direction == 0))]
-    around = sorted({max(delay + step, 0) for step in (-2, -1, 0, 1, 2)})
-    lags = _each(rows, [_late(rows, rows.volts, late) for late in around], pole * np.array([0.25, 0.5, 1, 2, 4]))
+    around = sorted({max(delay_s + step * rows.typical_s, 0.0) for step in (-2, -1, 0, 1, 2)})
+    lags = _each(rows, [_late(rows, late_s) for late_s in around], pole * np.array([0.25, 0.5, 1, 2, 4]))
     speed = linear @ np.linalg.lstsq(linear[rows.valid], rows.speed[rows.valid], rcond=None)[0]
     speed = speed / (float(np.abs(speed).max()) or 1.0)
     time = np.cumsum(rows.duration) / rows.duration.sum()
