@@ -160,13 +160,14 @@ def _without_starts(rows: LogRows, columns: np.ndarray, starts: np.ndarray) -> n
 
 
 def _late(rows: LogRows, late_s: float) -> np.ndarray:
-    """The mean of the voltage over each row, from so much earlier [V]; each piece begins with its first one."""
+    """The mean of the voltage over each row, from so much earlier [V]; before a piece there was none, where the motor
+    was at rest, else its first one."""
     first = np.flatnonzero(rows.reset)[rows.piece]
     time, integral = (np.append(0.0, np.cumsum(one)) for one in (rows.duration, rows.volts * rows.duration))
 
     def until(moment: np.ndarray) -> np.ndarray:
         before = np.minimum(moment - time[first], 0.0)
-        return np.interp(moment - before, time, integral) + rows.volts[first] * before
+        return np.interp(moment - before, time, integral) + (rows.volts * rows.free)[first] * before
 
     return (until(time[1:] - late_s) - until(time[:-1] - late_s)) / rows.duration
 
@@ -242,8 +243,10 @@ def _sets(rows: LogRows, pole: float, delay_s: float) -> list[np.ndarray]:
     size = float(np.abs(volts).max()) or 1.0
     linear = responses(rows, np.stack([volts, np.ones_like(volts)], axis=1), np.full(2, pole))
     friction = [direction, volts * (rows.valid & (direction == 0))]
-    around = sorted({max(delay_s + step * rows.typical_s, 0.0) for step in (-2, -1, 0, 1, 2)})
-    lags = _each(rows, [_late(rows, late_s) for late_s in around], pole * np.array([0.25, 0.5, 1, 2, 4]))
+    # Of whole rows: a delay between two of them is, for a lag, a sum of both.
+    around = sorted({max(int(delay_s / rows.typical_s) + step, 0) for step in (-2, -1, 0, 1, 2)})
+    late = [_late(rows, number * rows.typical_s) for number in around]
+    lags = _each(rows, late, pole * np.array([0.25, 0.5, 1, 2, 4]))
     speed = linear @ np.linalg.lstsq(linear[rows.valid], rows.speed[rows.valid], rcond=None)[0]
     speed = speed / (float(np.abs(speed).max()) or 1.0)
     time = np.cumsum(rows.duration) / rows.duration.sum()

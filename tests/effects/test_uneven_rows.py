@@ -9,6 +9,8 @@ import pytest
 
 from jaxmotor.motor import Motor, Rows, SecondOrder, simulate_motor
 from jaxmotor.motor.effects import EFFECTS, TimingOffset, TransportDelay
+from jaxmotor.prediction import pack
+from jaxmotor.recording import from_arrays
 
 PERIOD = 0.005
 
@@ -117,3 +119,16 @@ def test_a_delay_is_in_seconds_whatever_the_rows_last(jitter, delay, error, x64)
     assert np.abs(angle[used] - (angle[200] if delay < 0 else 0.0)).max() < error * np.abs(exact[:, 0]).std()
     if error < 1e-5:
         assert np.abs(np.asarray(run.speed) - exact[:-1, 0])[used].max() < error * np.abs(exact[:, 0]).std()
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.25])
+def test_the_noise_of_a_log_with_a_delay_is_found_whatever_its_rows_last(jitter):
+    rng = np.random.default_rng(3)
+    duration = PERIOD * (1 + jitter * rng.uniform(-1, 1, 3000))
+    begins, volts = np.cumsum(duration) - duration, np.repeat(rng.uniform(-6, 6, 500), 6)
+    volts[:12] = 0.0
+    speed = delayed(begins, volts, begins[-1] + duration[-1], 3.5 * PERIOD)[:-1, 0]
+    level = 0.01 * speed.std()
+    read = speed + level * rng.standard_normal(3000)
+    log = from_arrays(time_s=begins, volts=volts, speed_rad_s=read, supply_V=12.0, speed_window_s=0.0)
+    assert pack(log, (0,)).observation.noise.level == pytest.approx(level, rel=0.1)
