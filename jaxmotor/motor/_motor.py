@@ -363,13 +363,17 @@ def _late_volts(
 
     The second is the mean of all that follow in the tick: there may be more than one where ticks before were shorter.
     """
-    begins = delay - since
+    # Motors side by side may have an axis that a row's voltages have not.
+    shape = jnp.broadcast_shapes(delay.shape, since.shape[1:], duration.shape)
+    delay, duration = jnp.broadcast_to(delay, shape), jnp.broadcast_to(duration, shape)
+    past, since = (jax.vmap(lambda row: jnp.broadcast_to(row, shape))(one) for one in (past, since))
+    begins = delay[None] - since
     acts = begins <= 0
     number = jnp.where(acts.any(0), jnp.argmax(acts, axis=0), len(past) - 1)
-    old = jnp.take_along_axis(jnp.broadcast_to(past, begins.shape), number[None], 0, mode="promise_in_bounds")[0]
+    old = jnp.take_along_axis(past, number[None], 0, mode="promise_in_bounds")[0]
     change = jnp.minimum(jnp.where(acts, jnp.inf, begins).min(0), duration)
-    inside = jnp.clip(begins, change, duration)
-    follows = jnp.concatenate([jnp.broadcast_to(duration, inside[:1].shape), inside[:-1]]) - inside
+    inside = jnp.clip(begins, change[None], duration[None])
+    follows = jnp.concatenate([duration[None], inside[:-1]]) - inside
     rest = duration - change
     new = jnp.where(rest > 0, (follows * past).sum(0) / jnp.where(rest > 0, rest, 1.0), past[0])
     return old, new, change / duration
@@ -420,7 +424,7 @@ def _tick(
     state = _steps(setup, now, State(carry.x, carry.memory, zero, zero), (old, new), measured or carry.angle, row)
     seen = state.seen + _disc_error(parts, carry.angle, state.turn, measured)
     read, reading = _rounded(carry.reading, seen, setup.count_rad)
-    later = None if since is None else since + row.duration
+    later = None if since is None else since + row.duration[None]
     after = _Carry(state.x, state.memory, past, later, carry.angle + state.turn, read, reading, control)
     speed = carry.x[0]
     return after, Run(speed, state.turn, shown_speed(parts, speed, carry.memory, setup.supply), seen, volts)
