@@ -14,7 +14,14 @@ from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME
 from jaxmotor.diagnosis._curves import learned_laws
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Rival, Verdict
 from jaxmotor.diagnosis._early import is_early
-from jaxmotor.diagnosis._errors import covariance, differs, effect_errors, linear_covariance, linear_errors, with_twins
+from jaxmotor.diagnosis._errors import (
+    covariance,
+    differs,
+    effect_errors,
+    linear_covariance,
+    linear_errors,
+    with_indistinguishable,
+)
 from jaxmotor.diagnosis._experiment import Experiment, experiment
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, NONE, Explained, Found, Named
@@ -98,8 +105,8 @@ def diagnose(
     laws = learned_laws(search, found, held, spread, study.solver.block, partial=verdict == "unexplained")
     every = tuple(dataclasses.replace(one, curve=laws.get(one.name)) for one in every)
     causes = tuple(one for one in every if not isinstance(one.effect, AbstractDisturbance))
-    twins = _twins(found, every)
-    errors = linear_errors(found.fitted, with_twins(found.fitted, spread, list(twins.values())))
+    indistinguishable = _indistinguishable(found, every)
+    errors = linear_errors(found.fitted, with_indistinguishable(found.fitted, spread, list(indistinguishable.values())))
     opened, allowed = left_open(study, fit, found, errors)
     undecided = verdict == "complete" and moves(opened, found.fitted.motor)
     return Diagnosis(
@@ -123,10 +130,10 @@ def diagnose(
         left=left,
         left_looks=left_looks,
         learned=tuple(laws.values()),
-        experiments=_experiments(study, found.fitted, twins, {one.name for one in every if one.is_told}),
+        experiments=_experiments(study, found.fitted, indistinguishable, {one.name for one in every if one.is_told}),
         notes=_once(
             *_notes(_of_linear(fit) if verdict == "unexplained" else check(recording), held, found, every),
-            *_ambiguous(found.fitted, spread, twins),
+            *_ambiguous(found.fitted, spread, indistinguishable),
             *(one.sentence for one in (fit.average, timing) if one is not None),
             *(one.note for one in opened),
             *([EARLY] if verdict == "unexplained" and is_early(recording, found.fitted) else []),
@@ -328,17 +335,17 @@ def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:
     return {name: tuple(sorted(its, key=lambda rival: rival.chi2_excess)) for name, its in rivals.items()}
 
 
-def _twins(found: Found, effects: tuple[FoundEffect, ...]) -> dict[tuple[str, str], Fitted]:
+def _indistinguishable(found: Found, effects: tuple[FoundEffect, ...]) -> dict[tuple[str, str], Fitted]:
     """Motors that explain the recording as well, by the effect that was named and the one in its place."""
-    twins = {}
+    indistinguishable = {}
     for named in found.named:
         [effect] = [effect for effect in effects if effect.name == named.name]
         close = [rival.name for rival in effect.rivals if rival.inseparable and not rival.wider]
         for other in named.rivals[:RIVALS]:
             name = _added(other, found).name
             if name in close:
-                twins[named.name, name] = other
-    return twins
+                indistinguishable[named.name, name] = other
+    return indistinguishable
 
 
 def _added(other: Fitted, found: Found) -> AbstractEffect:
@@ -346,14 +353,14 @@ def _added(other: Fitted, found: Found) -> AbstractEffect:
     return next(effect for effect in other.template.effects if effect.name not in found.fitted.names)
 
 
-def _ambiguous(fitted: Fitted, spread: np.ndarray, twins: dict[tuple[str, str], Fitted]) -> list[str]:
+def _ambiguous(fitted: Fitted, spread: np.ndarray, indistinguishable: dict[tuple[str, str], Fitted]) -> list[str]:
     """What depends on which of them it is."""
     notes = []
-    for (name, other), twin in twins.items():
-        away = differs(fitted, spread, twin)
+    for (name, other), instead in indistinguishable.items():
+        away = differs(fitted, spread, instead)
         for place, what, unit in ((0, "gain", "rad/s/V"), (1, "pole", "rad/s")):
             if away[place]:
-                own, its = np.exp([fitted.free[place], twin.free[place]])
+                own, its = np.exp([fitted.free[place], instead.free[place]])
                 notes.append(f"with {other} in place of {name} the {what} is {its:.4g} {unit}, not {own:.4g}")
     return notes
 
@@ -367,10 +374,10 @@ def _unknown(effect: AbstractEffect, error: dict[str, float]) -> tuple[str, ...]
 
 
 def _experiments(
-    study: Study, fitted: Fitted, twins: dict[tuple[str, str], Fitted], told: set[str]
+    study: Study, fitted: Fitted, indistinguishable: dict[tuple[str, str], Fitted], told: set[str]
 ) -> tuple[Experiment, ...]:
     """For each effect that is `told`, what tells it from its rivals that this recording cannot."""
-    pairs = {pair: other for pair, other in twins.items() if pair[0] in told}
+    pairs = {pair: other for pair, other in indistinguishable.items() if pair[0] in told}
     wanted = [experiment(study.solver, pair, fitted.motor, other, study.recording) for pair, other in pairs.items()]
     return tuple(sorted(wanted, key=lambda one: -one.chi2_excess))
 

@@ -46,17 +46,19 @@ def _inverse(normal: np.ndarray) -> np.ndarray:
     return np.linalg.pinv(ones, rcond=1e-12, hermitian=True) / np.outer(scale, scale)
 
 
-def differs(fitted: Fitted, spread: Float[np.ndarray, "p p"], twin: Fitted) -> np.ndarray:
-    """(2,) whether gain and pole of `twin` are others than those of `fitted`."""
-    return np.abs(twin.free[:2] - fitted.free[:2]) > APART * np.sqrt(np.diag(spread)[:2])
+def differs(fitted: Fitted, spread: Float[np.ndarray, "p p"], other: Fitted) -> np.ndarray:
+    """(2,) whether gain and pole of `other` are others than those of `fitted`."""
+    return np.abs(other.free[:2] - fitted.free[:2]) > APART * np.sqrt(np.diag(spread)[:2])
 
 
-def with_twins(fitted: Fitted, spread: Float[np.ndarray, "p p"], twins: list[Fitted]) -> Float[np.ndarray, "p p"]:
-    """`spread`, wider where `twins`, motors that explain the recording as well, have another gain or pole.
+def with_indistinguishable(
+    fitted: Fitted, spread: Float[np.ndarray, "p p"], alike: list[Fitted]
+) -> Float[np.ndarray, "p p"]:
+    """`spread`, wider where `alike`, motors that explain the recording as well, have another gain or pole.
 
     Either may be the true one: a difference d adds d²/2 to the variance.
     """
-    away = [np.where(differs(fitted, spread, twin), twin.free[:2] - fitted.free[:2], 0.0) for twin in twins]
+    away = [np.where(differs(fitted, spread, other), other.free[:2] - fitted.free[:2], 0.0) for other in alike]
     wider = spread.copy()
     wider[[0, 1], [0, 1]] += np.max([np.zeros(2), *np.square(away)], axis=0) / 2
     return wider

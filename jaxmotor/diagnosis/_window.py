@@ -77,11 +77,7 @@ def window_beside(
         square, size = one.square(cells), sum(map(free_size, one.fitted.motor.effects)) + more
         return number * math.log(square) + size * math.log(max(number, 1.0)) if 0 < square < math.inf else math.inf
 
-    def fit(window_s: float, motor: Motor, its: Study | None = None) -> Windowed:
-        its = its or over(window_s)
-        speeds = found.speeds if len(found.speeds) == len(its.solver.starts) else None
-        return Windowed(window_s, its, its.solver.fit(motor, speeds, COARSE))
-
+    fit = functools.partial(_fitted, over, found.speeds)
     tried, bare = [], without_lags(found.motor)
     motor = late = with_effect(bare, TransportDelay.of(delay_s=period_s))
     for length, its in used.items():
@@ -102,14 +98,18 @@ def beside_all(recording: Recording, study: Study, found: Fitted, window_s: floa
     """The window of `recording`, which states `window_s`, with all effects of `found`: in Gauss-Newton steps from
     there, judged on rows that a window half as long again leaves, too."""
     over = functools.partial(_over, recording, found.motor, study.packed.observation.noise, study.solver.request)
-
-    def fit(window_s: float, motor: Motor) -> Windowed:
-        its = over(window_s)
-        speeds = found.speeds if len(found.speeds) == len(its.solver.starts) else None
-        return Windowed(window_s, its, its.solver.fit(motor, speeds, COARSE))
-
+    fit = functools.partial(_fitted, over, found.speeds)
     best = _settled(recording, fit, Windowed(window_s, study, found), over(1.5 * window_s).solver.cells)
     return _average(recording, best, float(np.median(study.packed.durations)))
+
+
+def _fitted(
+    over: Callable[[float], Study], speeds: np.ndarray, window_s: float, motor: Motor, its: Study | None = None
+) -> Windowed:
+    """`motor`, fitted to speeds over that window; pieces begin at about `speeds` [rad/s], where it leaves them all."""
+    its = its or over(window_s)
+    starts = speeds if len(speeds) == len(its.solver.starts) else None
+    return Windowed(window_s, its, its.solver.fit(motor, starts, COARSE))
 
 
 def without_lags(motor: Motor) -> Motor:
