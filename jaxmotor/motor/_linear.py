@@ -25,6 +25,9 @@ from jaxtyping import Array, Complex, Float
 from jaxmotor._precision import to_jax
 from jaxmotor.motor._readable import readable
 
+SHORT, TERMS = 2.0, 24
+"""A hold of up to so many time constants, a + 2/τ over one, is summed as a series of so many terms."""
+
 
 class Hold(NamedTuple):
     """What a voltage u [V] held for a time does to a motor of n states x, whose first is the speed [rad/s].
@@ -103,7 +106,7 @@ class SecondOrder(AbstractLinearMotor):
         A hold that is short beside both time constants is summed as a series: there the closed form
         is a difference of nearly equal numbers.
         """
-        short = (self.pole + 2 / self.electrical_time_constant) * duration < 0.5
+        short = (self.pole + 2 / self.electrical_time_constant) * duration < SHORT
         pairs = zip(self._short_hold(duration), self._long_hold(duration), strict=True)
         return Hold(*(jnp.where(short, series, closed) for series, closed in pairs))
 
@@ -112,26 +115,27 @@ class SecondOrder(AbstractLinearMotor):
         a, tau, gain = self.pole, self.electrical_time_constant, self.gain
         half = 0.5 / tau
         even, odd = _damped_pair(half, a / tau, duration)
-        e11, e12 = even + odd * half, odd * a
+        lost = _lost(half, a / tau, duration, even + odd * half)
+        e11, e12 = 1 - lost, odd * a
         e21, e22 = -odd / tau, even - odd * half
-        turn_speed = (1 - e11) / a - tau * e21
+        turn_speed = lost / a - tau * e21
         turn_torque = -e12 / a - tau * (e22 - 1)
         return Hold(
             jnp.stack([jnp.stack([e11, e12]), jnp.stack([e21, e22])]),
-            gain * jnp.stack([1 - e11, -e21]),
+            gain * jnp.stack([lost, -e21]),
             jnp.stack([turn_speed, turn_torque]),
             gain * (duration - turn_speed),
         )
 
     def _short_hold(self, duration: Float[Array, ""]) -> Hold:
-        """φ2 = Σ (M T)^k/(k+2)!, φ1 = 1 + M T φ2, exp(M T) = 1 + M T φ1; 12 terms reach double precision."""
+        """φ2 = Σ (M T)^k/(k+2)!, φ1 = 1 + M T φ2, exp(M T) = 1 + M T φ1; `TERMS` reach double precision."""
         a, lag = self.pole * duration, duration / self.electrical_time_constant
-        limited = jnp.minimum(1.0, 0.5 / (a + 2 * lag))  # keeps the branch not taken finite
+        limited = jnp.minimum(1.0, SHORT / (a + 2 * lag))  # keeps the branch not taken finite
         a, lag = a * limited, lag * limited
         step = jnp.stack([jnp.stack([jnp.zeros_like(a), a]), jnp.stack([-lag, -lag])])
         one = jnp.eye(2, dtype=step.dtype)
         # A loop: unrolled it would take longer to compile than all else in a prediction.
-        nested = jax.lax.fori_loop(0, 12, lambda k, x: one + step @ x / (14 - k), one)
+        nested = jax.lax.fori_loop(0, TERMS, lambda k, x: one + step @ x / (TERMS + 2 - k), one)
         phi2 = nested / 2
         phi1 = one + step @ phi2
         drive = self.gain * lag
@@ -157,6 +161,23 @@ def _tree(size: int) -> Any:
     """How a motor of `size` parameters is put together."""
     ones = to_jax([1.0] * size)
     return jax.tree.structure(FirstOrder(*ones) if size == 2 else SecondOrder(*ones))
+
+
+def _lost(
+    half_rate: Float[Array, ""], stiffness: Float[Array, ""], time: Float[Array, ""], kept: Float[Array, ""]
+) -> Float[Array, ""]:
+    """1 - `kept`, the part of the speed that is lost in `time` [s].
+
+    With real poles p < q it is (q (1 - exp(-p t)) - p (1 - exp(-q t)))/(q - p): of a slow motor 1 - `kept` would be a
+    difference of nearly equal numbers.
+    """
+    square = half_rate**2 - stiffness
+    real = square * time**2 > 1e-4
+    root = jnp.sqrt(jnp.where(real, square, 1 / time**2))
+    fast = half_rate + root
+    slow = stiffness / fast
+    apart = -fast * jnp.expm1(-slow * time) + slow * jnp.expm1(-fast * time)
+    return jnp.where(real, apart / (2 * root), 1 - kept)
 
 
 def _damped_pair(

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import scipy.signal
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from jaxmotor.motor import (
@@ -77,6 +77,7 @@ def test_first_order_is_scipys(compiled, gain, pole, period, part):
 
 
 @given(gains, poles, taus, periods, fractions)
+@example(1.0, 1.0, 1 / 128, 1 / 512, [0.25, 0.25, 0.25])  # a slow motor turns hardly at all in a tick
 @settings(max_examples=60)
 def test_second_order_is_scipys(compiled, gain, pole, tau, period, part):
     motor, frequency = SecondOrder(*numbers(gain, pole, tau)), np.array(part) / period
