@@ -37,6 +37,7 @@ PYTHON = {
     'jm.identify(recording, model="third")': "model is 'third', which is not known; it is one of first, second",
     'jm.identify(recording, method="nonsense")': "method is 'nonsense', which is not known; it is one of exact, paper",
     'jm.identify(recording, hold_out="jump")': "'jump' names no segments of linear.csv",
+    "jm.identify(jm.from_arrays(time_s=t, volts=t + 1, speed_rad_s=t + 5, speed_window_s=20))": "window of 20 s lies",
     'jm.identify(recording, hold_out="ramp")': "has no segment of kind 'ramp'",
     "jm.identify(recording, hold_out=[99])": "there is no segment 99 to hold out; they are 0 to 25",
     "jm.identify(recording, hold_out=3.5)": "3.5 names no segments",

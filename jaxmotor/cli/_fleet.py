@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
+import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from jaxmotor._sentences import printable
+from jaxmotor.cli._progress import progress
 
 if TYPE_CHECKING:
     from jaxmotor.fleet import Done, Summary
@@ -49,8 +53,8 @@ def fleet_command(
     from jaxmotor.fleet import Options, identify_fleet
 
     options = Options(friction, seed, diagnose)
-    with _progress() as progress:
-        summary = identify_fleet(dataset, output, options=options, cluster=cluster, workers=workers, progress=progress)
+    with _progress() as done:
+        summary = identify_fleet(dataset, output, options=options, cluster=cluster, workers=workers, progress=done)
     verdicts, undiagnosed = _diagnoses(summary.output) if diagnose else ([], 0)
     lines = [_text(summary), *verdicts, *_population(summary, friction, figure)]
     typer.echo("\n".join(lines))
@@ -60,7 +64,24 @@ def fleet_command(
 
 @contextlib.contextmanager
 def _progress() -> Iterator[Callable[[Done], None]]:
-    """A bar on the terminal's error output, with motors per second and the time left."""
+    """What was done, on the error output: a bar with motors per second and the time left, or plain lines where that is
+    no terminal."""
+    motors, parts, began = {True: 0, False: 0}, itertools.count(1), time.monotonic()
+
+    def rate(part: Done) -> str:
+        motors[part.before] += part.motors
+        return f"{motors[False] / max(time.monotonic() - began, 1e-3):.3g} motors/s" if motors[False] else "..."
+
+    with _bar() if sys.stderr.isatty() else _lines() as tell:
+        yield lambda part: tell(next(parts), part.parts, rate(part), sum(motors.values()))
+
+
+Tell = Callable[[int, int, str, int], None]
+"""Takes the number of parts that are done, of all parts, the rate, and how many motors that were."""
+
+
+@contextlib.contextmanager
+def _bar() -> Iterator[Tell]:
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -82,15 +103,13 @@ def _progress() -> Iterator[Callable[[Done], None]]:
     ]
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", motors=0, rate="", total=None)
-        motors = {True: 0, False: 0}
+        yield lambda done, parts, rate, motors: bar.update(task, completed=done, total=parts, motors=motors, rate=rate)
 
-        def done(part: Done) -> None:
-            motors[part.before] += part.motors
-            elapsed = bar.tasks[0].elapsed or 0.0
-            rate = f"{motors[False] / elapsed:.3g} motors/s" if elapsed and motors[False] else "..."
-            bar.update(task, advance=1, total=part.parts, motors=sum(motors.values()), rate=rate)
 
-        yield done
+@contextlib.contextmanager
+def _lines() -> Iterator[Tell]:
+    with progress("identifying") as say:
+        yield lambda done, parts, rate, motors: say(f"{motors} motors, {done} of {parts} parts, {rate}")
 
 
 def _text(summary: Summary) -> str:

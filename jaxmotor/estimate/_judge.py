@@ -150,7 +150,8 @@ def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, pole_share: float) -> None:
     """Whether the recording would determine the motor if the model were right (`covariance` of ψ)."""
-    error = np.sqrt(np.diag(covariance))
+    # Of what nothing determines rounding may make a variance less than none.
+    error = np.sqrt(np.where(np.diag(covariance) >= 0, np.diag(covariance), np.nan))
     gain = psi[0]
     if not np.isfinite(error).all() or error[0] > UNDETERMINED * abs(gain):
         raise JaxmotorError(

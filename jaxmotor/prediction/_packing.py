@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from jaxmotor._errors import JaxmotorError
 from jaxmotor.prediction._flexible_model import LogRows
 from jaxmotor.prediction._noise import Noise, estimated, rounding, unknown
 from jaxmotor.recording import Recording, Segment, at_duty, is_steady
@@ -311,6 +312,11 @@ def _in_noise(recording: Recording, packed: Packed, segments: tuple[int, ...], n
     """`packed` in units in which the noise has the variance `Observation.floor`."""
     observation = packed.observation
     rows = _log_rows(packed)
+    if noise is None and not rows.valid.any():
+        raise JaxmotorError(
+            f"{recording.name}: no reading is left whose window of {observation.window_s:g} s lies within its segment; "
+            "check speed_window_s, which is in seconds (jaxmotor import: --speed-window)"
+        )
     noise = noise or estimated(recording, segments, rows)
     # A mean speed over a tick is taken as a turn.
     per_level = float(np.median(rows.duration[rows.valid])) if rows.turn and recording.measured == "speed" else 1.0

@@ -1,6 +1,7 @@
 """Whole runs: what is there afterwards, whatever came between."""
 
 import json
+import re
 import threading
 
 import pyarrow.parquet as pq
@@ -111,14 +112,18 @@ def test_threads_do_not_change_a_callers_precision(dataset, tmp_path):
 def test_the_command(dataset, tmp_path, capsys):
     output = tmp_path / "r.parquet"
     assert main(["fleet", str(dataset), "-o", str(output)]) == 0
-    assert "7 motors" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "7 motors" in said.out
+    # Off the terminal: a line where it takes long, and no empty one.
+    assert all(re.fullmatch(r"\d+ s: \d+ motors, .*", line) for line in said.err.splitlines())
     (dataset / "bad.csv").write_text("hello\n")
     assert main(["fleet", str(dataset), "-o", str(output)]) == 1
     assert "is there already" in capsys.readouterr().err
     assert main(["fleet", str(dataset), "-o", str(tmp_path / "s.parquet"), "--workers", "1"]) == 1
     assert "1 of them could not be identified" in capsys.readouterr().out
     assert main(["fleet", str(tmp_path / "none"), "-o", str(output)]) == 1
-    assert "no such file or folder" in capsys.readouterr().err
+    error = capsys.readouterr().err
+    assert "no such file or folder" in error and error.count("\n") == 1
 
 
 def test_without_the_extra_one_sentence(dataset, tmp_path, capsys, monkeypatch):
