@@ -21,7 +21,7 @@ from jaxmotor.motor._linear import AbstractLinearMotor
 from jaxmotor.motor._readable import readable
 from jaxmotor.motor._scan import scan_rows
 from jaxmotor.motor._speed_law import SpeedLaw, command
-from jaxmotor.motor.effects._base import AbstractEffect, AbstractLagSensorEffect, Scalar, Source
+from jaxmotor.motor.effects._base import FEWEST_LATE, AbstractEffect, AbstractLagSensorEffect, Scalar, Source
 from jaxmotor.motor.effects._elementwise import elementwise
 from jaxmotor.motor.effects._substep import (
     Linear,
@@ -39,8 +39,6 @@ from jaxmotor.motor.effects._table import tabulated
 
 LONGEST_ROW = 4.0
 """Times the typical one, up to which uneven rows have steps that are short enough for a contact."""
-LONGEST_DELAY = 32
-"""The longest transport delay [ticks]."""
 
 
 class Motor(eqx.Module):
@@ -202,6 +200,8 @@ class _Setup(NamedTuple):
     controller: AbstractController | None
     count_rad: Scalar | None
     instantaneous: Bool[Array, ""] | None
+    late: int
+    """How many of the last voltages may still come to act."""
 
     @property
     def back(self) -> Scalar:
@@ -232,6 +232,7 @@ def simulate_motor(
     begin: InitialAngle | None = None,
     lengths: Float[Array, " 2"] | None = None,
     instantaneous: Bool[Array, ""] | None = None,
+    late: int = FEWEST_LATE,
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
@@ -243,15 +244,14 @@ def simulate_motor(
     speed that a sensor shows at the tick. Rows from `used` on are not simulated. Without `begin` the shaft stands at 0,
     in the middle of a count. `lengths` are a typical `duration` and the longest [s]: given them, many rows of durations
     of their own are interpolated, to parts in 1e9, instead of computed one by one; a row that is longer still is taken
-    to be that long.
+    to be that long. A delay may be `late` - 2 rows at most (`rows_late`); a longer one is taken to be that long.
 
     **Raises:** `ValueError` where voltages may be early and a `controller`, which does not know them yet, chooses them.
     """
     shape = jnp.broadcast_shapes(*(jnp.shape(leaf) for leaf in jax.tree.leaves((motor, rows.initial_speed[0]))))
     motor = jax.tree.map(lambda leaf: jnp.reshape(leaf, (1,) * (len(shape) - jnp.ndim(leaf)) + jnp.shape(leaf)), motor)
-    setup = _Setup(
-        motor, parts_of(motor.effects), jnp.asarray(steps, jnp.int32), supply, controller, count_rad, instantaneous
-    )
+    parts, steps = parts_of(motor.effects), jnp.asarray(steps, jnp.int32)
+    setup = _Setup(motor, parts, steps, supply, controller, count_rad, instantaneous, late)
     if controller is not None and setup.parts.early:
         raise ValueError("a controller cannot choose voltages that act before they are chosen")
     over = setup.over
@@ -351,7 +351,7 @@ def _ticks_late(setup: _Setup, duration: Scalar) -> tuple[Int[Array, "..."], Sca
     ticks = _delay(setup) / duration
     if setup.parts.early:  # and nowhere else: at a delay of zero the limit would halve its derivative
         ticks = jnp.maximum(ticks + 1.0, 0.0)
-    whole = jnp.clip(jnp.floor(ticks), 0.0, LONGEST_DELAY - 2.0)
+    whole = jnp.clip(jnp.floor(ticks), 0.0, setup.late - 2.0)
     return whole.astype(setup.steps.dtype), jnp.minimum(ticks - whole, 1.0)
 
 
@@ -383,7 +383,7 @@ def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: InitialA
     zero = jnp.zeros(shape, volts.dtype)
     angle, reading = (zero, zero + 0.5) if begin is None else begin
     memory = tuple(zero for _ in setup.parts.memories)
-    past = jnp.zeros((LONGEST_DELAY if setup.parts.delays else 0, *volts.shape), volts.dtype)
+    past = jnp.zeros((setup.late if setup.parts.delays else 0, *volts.shape), volts.dtype)
     since = None if even or not setup.parts.delays else past
     control = None if setup.controller is None else setup.controller.begin()
     return _Carry(setup.resting(zero), memory, past, since, angle, zero, reading, control)

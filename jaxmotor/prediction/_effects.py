@@ -47,7 +47,9 @@ def _simulated(motor: Motor, speeds: Float[Array, "*batch k"], log: Log) -> Run:
     )
     motor = jax.tree.map(lambda leaf: leaf[..., None], motor)
     duration = _by_row(lanes.duration, each)
-    return simulate_motor(motor, rows, duration, log.supply, log.steps, used=log.used, lengths=log.lengths)
+    return simulate_motor(
+        motor, rows, duration, log.supply, log.steps, used=log.used, lengths=log.lengths, late=log.late
+    )
 
 
 def _by_row(values: Any, each: int = 1) -> Array:

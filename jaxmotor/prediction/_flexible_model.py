@@ -16,10 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._balanced import solve_balanced
+from jaxmotor.motor.effects import LONGEST_DELAY_S
 
 POLES = 24
-DELAYS = (0, 1, 2, 3, 5, 8, 13, 21, 34)
-"""Rows, of the typical duration, by which the voltage may come late."""
+DELAYS = (0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233, 377, 610)
+"""Rows, of the typical duration, by which the voltage may come late: the first nine, and more up to
+`LONGEST_DELAY_S`."""
 BETWEEN = 9
 """Delays that are tried between the best one's neighbours."""
 BLOCKS = 20
@@ -202,7 +204,8 @@ def _pole_and_delay(rows: LogRows) -> tuple[float, float]:
     """Pole [rad/s] and delay [s] with which voltage, offset and friction explain most."""
     shortest, total = float(rows.duration[rows.valid].min()), float(rows.duration[rows.valid].sum())
     poles = np.geomspace(1.0 / total, 3.0 / shortest, POLES)
-    delays = np.array([delay for delay in DELAYS if delay < len(rows.volts) / 10] or [0]) * rows.typical_s
+    longest = min(max(DELAYS[8], LONGEST_DELAY_S / rows.typical_s), len(rows.volts) / 10)
+    delays = np.array([0, *(delay for delay in DELAYS[1:] if delay <= longest)]) * rows.typical_s
     for points in (POLES // 2, POLES // 2, 0):
         cost = _costs(rows, poles, delays)
         at, late = np.unravel_index(np.argmin(cost), cost.shape)

@@ -18,7 +18,17 @@ from jaxmotor.diagnosis._free import OWN, linear_of
 from jaxmotor.diagnosis._score_test import best_beside
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._trial import rig_of, trial_of
-from jaxmotor.motor.effects import EFFECTS, Rig, to_free
+from jaxmotor.motor.effects import (
+    DISTURBANCES,
+    EFFECTS,
+    LONGEST_DELAY_S,
+    LogFilter,
+    Rig,
+    TransportDelay,
+    rows_late,
+    to_free,
+)
+from jaxmotor.motor.effects._learned import TERMS
 from jaxmotor.prediction import PADDED, pack
 from jaxmotor.recording import Recording, Segment
 
@@ -244,7 +254,30 @@ def test_where_nothing_can_show_it_a_law_is_not_sought():
         ("warming_friction", {"rise_ratio": 8.0}),
         ("bristle_friction", {"deflection_rad": 3.0}),
         ("dead_time", {"volts_V": 6.5}),
+        # What the winding's own L/R may be.
+        ("transport_delay", {"delay_s": 2e-4}),
+        ("sensor_lag", {"time_constant_s": 2e-4}),
+        ("electrical_pole", {"time_constant_s": 2e-4}),
     ],
 )
 def test_impossible_sizes_are_no_causes(name, sizes):
     assert not EFFECTS[name].start(**sizes).possible(RIG)
+
+
+def test_a_filter_of_the_log_may_be_as_short_as_it_is():
+    assert LogFilter.of(time_constant_s=2e-4).possible(RIG)
+
+
+@pytest.mark.parametrize(("duration_s", "sought"), [(20.0, False), (40.0, False), (200.0, True)])
+def test_a_torque_wanders_slowly_however_long_the_log(duration_s, sought):
+    starts = DISTURBANCES["wandering_torque"].starts(RIG._replace(duration_s=duration_s))
+    assert bool(starts) == sought
+    assert all(float(start.reach_s) == duration_s >= 2.0 * TERMS for start in starts)
+
+
+@pytest.mark.parametrize("period_s", [2e-4, 1e-3, 5e-3, 20e-3])
+def test_delays_are_sought_as_long_as_they_are_simulated(period_s):
+    starts = TransportDelay.starts(RIG._replace(period_s=period_s))
+    delays = [float(start.delay_s) for start in starts]
+    assert delays == sorted(delays) and delays[-1] > 0.5 * LONGEST_DELAY_S
+    assert delays[-1] < (rows_late(period_s) - 2) * period_s

@@ -7,8 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from jaxmotor import diagnose
 from jaxmotor.motor import Motor, Rows, SecondOrder, simulate_motor
-from jaxmotor.motor.effects import EFFECTS, TimingOffset, TransportDelay
+from jaxmotor.motor.effects import EFFECTS, TimingOffset, TransportDelay, rows_late
 from jaxmotor.prediction import pack
 from jaxmotor.recording import from_arrays
 
@@ -92,26 +93,30 @@ def delayed(begins, volts, end, delay):
 
 
 @pytest.mark.parametrize(
-    ("jitter", "delay", "error"),
+    ("period", "jitter", "delay", "error"),
     [
-        (0.2, 0.0035, 1e-6),
-        (0.2, -0.0023, 1e-6),
+        (PERIOD, 0.2, 0.0035, 1e-6),
+        (PERIOD, 0.2, -0.0023, 1e-6),
         # Where two voltages begin to act in one row their mean does, within that row.
-        (0.2, 0.0208, 5e-3),
-        (0.6, 0.0075, 5e-3),
-        (0.6, 0.05, 5e-3),
+        (PERIOD, 0.2, 0.0208, 5e-3),
+        (PERIOD, 0.6, 0.0075, 5e-3),
+        (PERIOD, 0.6, 0.05, 5e-3),
+        # Short rows of which many pass before a voltage acts.
+        (0.001, 0.0, 0.0753, 1e-6),
+        (0.001, 0.6, 0.0753, 5e-3),
     ],
 )
-def test_a_delay_is_in_seconds_whatever_the_rows_last(jitter, delay, error, x64):
+def test_a_delay_is_in_seconds_whatever_the_rows_last(period, jitter, delay, error, x64):
     rng = np.random.default_rng(0)
-    duration = PERIOD * (1 + jitter * rng.uniform(-1, 1, 400))
+    duration = period * (1 + jitter * rng.uniform(-1, 1, 400))
     begins, volts = np.cumsum(duration) - duration, np.repeat(rng.uniform(-6, 6, 134), 3)[:400]
     late = TransportDelay.of(delay_s=delay) if delay > 0 else TimingOffset.of(offset_s=-delay)
     motor = Motor(SecondOrder(*(jnp.asarray(x) for x in (GAIN, POLE, 1e-9))), (late,), jnp.asarray(0.0))
     reset = np.arange(400) == 0
     rows = Rows(*(jnp.asarray(x) for x in (volts, reset, np.zeros(400), begins)))
-    lengths = jnp.asarray([PERIOD, duration.max()])
-    run = jax.jit(lambda: simulate_motor(motor, rows, jnp.asarray(duration), jnp.asarray(7.4), 5, lengths=lengths))()
+    lengths, late = jnp.asarray([period, duration.max()]) if jitter else None, rows_late(period)
+    lasts = jnp.asarray(duration if jitter else period)
+    run = jax.jit(lambda: simulate_motor(motor, rows, lasts, jnp.asarray(7.4), 5, lengths=lengths, late=late))()
     exact = delayed(begins, volts, begins[-1] + duration[-1], delay)
     # A voltage that is early has acted before the first row; the last one's successor is not known.
     used = slice(0, -1) if delay > 0 else slice(200, -1)
@@ -119,6 +124,19 @@ def test_a_delay_is_in_seconds_whatever_the_rows_last(jitter, delay, error, x64)
     assert np.abs(angle[used] - (angle[200] if delay < 0 else 0.0)).max() < error * np.abs(exact[:, 0]).std()
     if error < 1e-5:
         assert np.abs(np.asarray(run.speed) - exact[:-1, 0])[used].max() < error * np.abs(exact[:, 0]).std()
+
+
+def test_a_delay_of_many_short_rows_is_found(x64):
+    rng = np.random.default_rng(2)
+    begins, volts = 0.001 * np.arange(4000), np.repeat(rng.choice([-6.0, -3.0, 4.0, 6.0], 40), 100)
+    angle = delayed(begins, volts, 4.0, 0.0753)[:-1, 1]
+    log = from_arrays(
+        time_s=begins, volts=volts, counts=np.floor(angle * 2000 / (2 * np.pi)), counts_per_rev=2000, supply_V=12.0
+    )
+    found = diagnose(log, effects=["transport_delay"])
+    [late] = found.effects
+    assert late.effect.delay_s == pytest.approx(0.0753, abs=2e-4)  # L/R is not known that well
+    assert float(found.motor.linear.gain) == pytest.approx(GAIN, rel=1e-3)
 
 
 @pytest.mark.parametrize("jitter", [0.0, 0.25])

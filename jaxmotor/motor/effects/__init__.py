@@ -1,5 +1,6 @@
 """The effects by which a motor differs from a linear one, by name, and what an effect of your own is made of."""
 
+from jaxmotor.motor.effects._base import LONGEST_DELAY_S as LONGEST_DELAY_S
 from jaxmotor.motor.effects._base import AbstractAngleSensorEffect as AbstractAngleSensorEffect
 from jaxmotor.motor.effects._base import AbstractCountEffect as AbstractCountEffect
 from jaxmotor.motor.effects._base import AbstractDelayEffect as AbstractDelayEffect
@@ -26,6 +27,7 @@ from jaxmotor.motor.effects._base import free_size as free_size
 from jaxmotor.motor.effects._base import from_free as from_free
 from jaxmotor.motor.effects._base import parameter as parameter
 from jaxmotor.motor.effects._base import parameters as parameters
+from jaxmotor.motor.effects._base import rows_late as rows_late
 from jaxmotor.motor.effects._base import to_free as to_free
 from jaxmotor.motor.effects._base import told_parameters as told_parameters
 from jaxmotor.motor.effects._base import values_at as values_at

@@ -1,5 +1,6 @@
 """Effects between the command and the winding: bridge, supply, current."""
 
+import itertools
 from typing import ClassVar
 
 import jax
@@ -8,6 +9,9 @@ import numpy as np
 
 from jaxmotor.motor.effects._base import (
     INFINITE,
+    LONGEST_DELAY_S,
+    MOST_LATE,
+    OWN_LAG_S,
     AbstractDelayEffect,
     AbstractDriveEffect,
     AbstractEffect,
@@ -39,7 +43,14 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        return tuple(cls.of(delay_s=ticks * rig.period_s) for ticks in (0.3, 0.8, 1.4, 2.2, 4.0, 7.0, 12.0, 20.0))
+        longest = min(LONGEST_DELAY_S / rig.period_s, MOST_LATE)
+        longer = itertools.takewhile(lambda ticks: ticks < longest, (34.0 * 1.7**k for k in itertools.count()))
+        ticks = (0.3, 0.8, 1.4, 2.2, 4.0, 7.0, 12.0, 20.0, *longer)
+        return tuple(cls.of(delay_s=number * rig.period_s) for number in ticks)
+
+    def possible(self, rig: Rig) -> bool:
+        """A shorter one may be the winding's L/R."""
+        return super().possible(rig) and float(self.delay_s) > OWN_LAG_S
 
     def delay(self) -> Scalar:
         return self.delay_s
@@ -312,6 +323,10 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         del rig
         return tuple(cls.of(time_constant_s=value) for value in (1.5e-3, 4e-3))
+
+    def possible(self, rig: Rig) -> bool:
+        """A shorter one is any motor's."""
+        return super().possible(rig) and float(self.time_constant_s) > OWN_LAG_S
 
     def lag(self) -> Scalar:
         return self.time_constant_s

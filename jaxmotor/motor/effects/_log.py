@@ -39,5 +39,9 @@ class LogFilter(SensorLag):
 
     name: ClassVar[str] = "log_filter"
 
+    def possible(self, rig: Rig) -> bool:
+        """A log's may be as short as it is."""
+        return AbstractEffect.possible(self, rig)
+
 
 OF_LOG = (TimingOffset, LogFilter)

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor.motor.effects._base import (
+    OWN_LAG_S,
     AbstractAngleSensorEffect,
     AbstractCountEffect,
     AbstractEffect,
@@ -69,6 +70,10 @@ class SensorLag(AbstractSensorEffect, AbstractLagSensorEffect):
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return tuple(cls.of(time_constant_s=share * rig.period_s) for share in (0.6, 1.6))
+
+    def possible(self, rig: Rig) -> bool:
+        """A shorter one may be the winding's L/R."""
+        return super().possible(rig) and float(self.time_constant_s) > OWN_LAG_S
 
     def begin(self, memory: Scalar, speed: Scalar, pause: Scalar) -> Scalar:
         del memory, pause
