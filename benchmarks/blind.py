@@ -125,10 +125,9 @@ def _truth_chi2(hidden: Hidden) -> float:
     """Held-out chi2 of the hidden motor itself: what a perfect diagnosis would reach on these segments."""
     if set(hidden.truth) - set(EFFECTS) or any("phase_rad" in sizes for sizes in hidden.truth.values()):
         return float("nan")
-    recording, segments = split(hidden.recording)
-    study = study_of(recording, hidden.pole)
-    held_out = Solver(study.trial, study.rows(segments))
-    return scored(held_out, _motor(hidden), recording, study.packed).score.chi2_per_sample
+    study = study_of(hidden.recording, hidden.pole)
+    held_out = Solver(study.trial, study.rows(split(hidden.recording)))
+    return scored(held_out, _motor(hidden), hidden.recording, study.packed).score.chi2_per_sample
 
 
 @in_float64

@@ -133,17 +133,6 @@ def static_fit(motor: Motor, curve: Recording) -> float:
     return 100 * (1 - float(np.linalg.norm(speeds - reached) / np.linalg.norm(speeds - speeds.mean())))
 
 
-def angle_fit(found, recording: Recording) -> float | None:
-    """Fit % of the angle where that was logged, from the speeds of the free simulation."""
-    [segment] = recording.segments[:1]
-    if segment.angle_rad is None or len(recording.segments) > 1 or recording.period_s is None:
-        return None
-    [trace] = found.whole.traces_after
-    angle = segment.angle_rad[: len(trace.time_s) + 1] - segment.angle_rad[0]
-    simulated = np.concatenate([[0.0], np.cumsum(trace.simulated_rad_s) * recording.period_s])[: len(angle)]
-    return 100 * (1 - float(np.linalg.norm(angle - simulated) / np.linalg.norm(angle - angle.mean())))
-
-
 def diagnosed(name: str) -> str:
     curve = static_curve()
     if name == JOINED:
@@ -160,8 +149,7 @@ def diagnosed(name: str) -> str:
         same = [rival.name for rival in effect.rivals if rival.inseparable]
         effects.append(f"{effect.name} {sizes}".strip() + (f" (or {', '.join(same)})" if same else ""))
     more = f"; static fit {static_fit(found.motor, curve):.2f}" if name == JOINED else ""
-    angle = angle_fit(found, recording)
-    more += "" if angle is None else f"; angle {angle:.1f}"
+    more += f"; angle {found.whole.angle_fit_percent_after:.1f}"
     return (
         f"| {name} | {'; '.join(effects) or 'none'} | {found.whole.before.fit_percent:.1f} "
         f"| {found.whole.after.fit_percent:.2f}{more} | {seconds:.0f} |"

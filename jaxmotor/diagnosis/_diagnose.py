@@ -58,8 +58,12 @@ EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
 )
-ROUNDS = 3
-"""Times that a window of speeds is found, each time with the effects that were found with the last one."""
+HALF = 0.5
+"""Share of the mean square of a linear motor, or of one effect, up to which a window of speeds is taken for the log's
+before the other effects are known: it is found anew with them."""
+EARLY_ROUNDS, ROUNDS = 2, 3
+"""Times that a window of speeds is found, each time with the effects that were found with the last one: the first ones
+also without those of them that are lags."""
 UNKNOWN = 0.5
 """Relative standard error from which a parameter is not determined."""
 
@@ -121,7 +125,7 @@ def diagnose(
         probabilities=_probabilities(found, every),
         families=_families(found, every),
         verdict="unexplained" if undecided else verdict,
-        held_out=worth_of(held.segments, held.before, held.after, seed),
+        held_out=worth_of(held.segments, held.before, held.after, seed, held.in_part),
         whole=worth_of(fit.fitted, before, after, seed),
         adds_up=float(study.trial.memory) > 0,
         closed_loop=loop_gains(study, found, seed),
@@ -170,8 +174,8 @@ def _explained(recording: Recording, fit: Fit, request: Request, seed: int, roun
     request.tell(1)
     search = Search(study.solver, first, linear, rig_of(recording, study.trial))
     found = Found(linear, linear, (), {}, {})
-    average = _window(search, study, lambda: linear, EXPLAINED)
-    average = average or _window(search, study, lambda: search.best_without(LAG), EXPLAINED)
+    average = _window(search, study, lambda: linear, HALF)
+    average = average or _window(search, study, lambda: search.best_without(LAG), HALF)
     if average is None:
         found = extended(
             search,
@@ -179,10 +183,11 @@ def _explained(recording: Recording, fit: Fit, request: Request, seed: int, roun
             lambda fitted: _is_explained(study, fitted, linear),
         )
         average = _window(search, study, lambda: found.fitted)
-    if average is None and rounds and fit.average is not None:
-        better = beside_all(recording, study, found.fitted, fit.average.length_s)
-        if rounds < ROUNDS and abs(better.length_s - fit.average.length_s) > better.standard_error_s:
-            average = better
+    known = fit.average is not None and fit.average.kind == "window" and not study.timed
+    if average is None and fit.average is not None and known and (rounds or found.named):
+        # Beside a linear motor that is not enough the window is hardly known, and what it lacks looks like a lag.
+        better, moved = beside_all(recording, study, found.fitted, fit.average, early=rounds < EARLY_ROUNDS)
+        average = better if moved and rounds < ROUNDS else None
         fit = dataclasses.replace(fit, average=better)
     if average is not None:
         # Lags of the readings are not the motor's: what was found with them is found anew.
@@ -191,13 +196,15 @@ def _explained(recording: Recording, fit: Fit, request: Request, seed: int, roun
     return _Explained(fit, study, linear, before, missing, found_looks, search, found)
 
 
-def _window(search: Search, study: Study, motor: Callable[[], Fitted], enough: float = np.inf) -> SpeedAverage | None:
-    """Of the speeds of a recording, where neither it nor the linear motor tells, as the `motor` shows it."""
+def _window(search: Search, study: Study, motor: Callable[[], Fitted], share: float = np.inf) -> SpeedAverage | None:
+    """Of the speeds of a recording, where neither it nor the linear motor tells, as the `motor` shows it; None where
+    it leaves more than this `share` of what the motor leaves without one."""
     recording = study.recording
     if recording.measured != "speed" or recording.speed_window_s is not None or search.linear.chi2 <= EXPLAINED:
         return None
     found = motor()
-    return window_beside(recording, study, found, tuple(search.visited.fitted.values()), enough)
+    others = tuple(search.visited.fitted.values())
+    return window_beside(recording, study, found, others, max(EXPLAINED, share * found.chi2))
 
 
 def _once(*notes: str) -> tuple[str, ...]:

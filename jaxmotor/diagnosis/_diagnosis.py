@@ -127,6 +127,8 @@ class Worth:
     """The linear and the extended motor on the same data."""
 
     segments: tuple[int, ...]
+    in_part: tuple[int, ...]
+    """Those of which only a part was scored."""
     before: Score
     after: Score
     before_intervals: Intervals

@@ -18,7 +18,14 @@ from jaxmotor.diagnosis._search import GROWS, LEAST, Search
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._visited import FAR
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import LEARNED, AbstractDisturbance, AbstractEffect, AbstractStepInTime, parameters
+from jaxmotor.motor.effects import (
+    LEARNED,
+    OF_LOG,
+    AbstractDisturbance,
+    AbstractEffect,
+    AbstractStepInTime,
+    parameters,
+)
 
 MORE = 2
 """Of such laws in one motor at most."""
@@ -63,9 +70,10 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
 
 def _of_one_law(search: Search, found: Found) -> Found:
     """`found`, or one law in the place of two, where both leave but noise: a learned one in the place of all, or one
-    over the coordinate that two of them depend on."""
+    over the coordinate that two of them depend on. A disturbance is no law: beside it one alone imitates none."""
     own = search.visited.fitted.get(frozenset(found.fitted.names), found.fitted)
-    if len(found.named) < 2 or own.chi2 > EXPLAINED:
+    laws = [effect for effect in own.template.effects if not isinstance(effect, (AbstractDisturbance, *OF_LOG))]
+    if len(laws) < 2 or own.chi2 > EXPLAINED:
         return found
     last = [effect for effect in search.solver.request.asked() if effect.sought_last]
     learned = [effect for effect in last if effect.name in LEARNED]

@@ -24,12 +24,10 @@ from jaxmotor.motor.effects import (
     to_free,
     values_at,
 )
-from jaxmotor.motor.effects._base import AbstractLagEffect, AbstractLoadEffect
+from jaxmotor.motor.effects._base import OWN_LAG_S, AbstractLagEffect, AbstractLoadEffect
 from jaxmotor.prediction import LAG_S
 
 VISCOUS_SHARE = (0.045, 0.02)
-LONGEST_LAG_S = 2.6e-4
-"""More is an effect of its own."""
 NO_LAG_S = (0.0, 1e-9)
 """Mean and spread of L/R beside such an effect."""
 LAG_STEP_S = 3e-6
@@ -64,7 +62,7 @@ def layout_of(effects: tuple[AbstractEffect, ...], variance: float = 1.0) -> Lay
     rows = [
         ("gain", 1e-4 * wide, 0.5, -inf, inf, 0.0, inf),
         ("pole", 1e-3 * wide, 0.7, -inf, inf, 0.0, inf),
-        ("lag", LAG_STEP_S * wide, 1e-4, 0.0, *((0.0, *NO_LAG_S) if _is_lag(effects) else (LONGEST_LAG_S, *LAG_S))),
+        ("lag", LAG_STEP_S * wide, 1e-4, 0.0, *((0.0, *NO_LAG_S) if _is_lag(effects) else (OWN_LAG_S, *LAG_S))),
     ]
     rows.append(("viscous_share", 4e-3, 0.05, 0.0, 0.6, *VISCOUS_SHARE))
     for effect in effects:

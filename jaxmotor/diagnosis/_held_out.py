@@ -11,8 +11,9 @@ from jaxmotor.diagnosis._free import without_effect
 from jaxmotor.diagnosis._score import Scored, chi2_interval, scored, speed_intervals
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._split import split
-from jaxmotor.diagnosis._study import Study, study_of
+from jaxmotor.diagnosis._study import Study
 from jaxmotor.motor import Motor
+from jaxmotor.motor.effects import AbstractDisturbance, AbstractLearnedEffect
 from jaxmotor.validation import Interval
 
 
@@ -21,10 +22,10 @@ class HeldOut:
     """Motors refitted to a part of the recording, scored on the rest."""
 
     segments: tuple[int, ...]
+    in_part: tuple[int, ...]
+    """Those of which only a part is held out."""
     own: bool
     """The recording was long enough for it."""
-    cut: bool
-    """Segments were cut for it: pieces are others than those of the whole."""
     train: Solver
     test: Solver
     study: Study
@@ -42,8 +43,8 @@ class HeldOut:
 
     def drift(self, motor: Motor, start: Fitted, bar: float = math.inf) -> float:
         """chi2 of `motor`, refitted to the fitted part, on the part held out; roughly where it is above `bar`."""
-        refitted = self.train.fit(motor, None if self.cut else start.speeds, 2e-5, bar=bar)
-        return scored(self.test, refitted.motor, self.study.recording, self.study.packed, refitted.speeds).drift
+        refitted = self.train.fit(motor, start.speeds, 2e-5, bar=bar)
+        return _scored(self.study, self.test, refitted).drift
 
     def without(self, name: str) -> float:
         """chi2 of the extended motor without the effect `name`, refitted to the fitted part, on the part held out."""
@@ -55,25 +56,34 @@ class HeldOut:
 
 
 def hold_out(study: Study, found: Found) -> HeldOut:
-    """The motors of `found` refitted to two thirds of the segments (`split`)."""
+    """The motors of `found` refitted to two thirds of the recording (`split`)."""
     study.solver.request.tell(2)
-    recording = study.recording
-    parts, segments = split(recording)
-    own, cut = bool(segments), parts is not recording
-    if cut:
-        study = study_of(parts, float(found.linear.motor.linear.pole), study.timed)
-    if own:
-        out = study.rows(segments)
+    parts, runs = split(study.recording), study.recording.segments
+    segments = tuple(part.segment for part in parts)
+    in_part = tuple(part.segment for part in parts if len(part.rows) < len(runs[part.segment]))
+    if parts:
+        out = study.rows(parts)
         train, test = (Solver(study.trial, rows, study.solver.noise_known) for rows in (~out, out))
     else:
         segments = tuple(int(k) for k in np.unique(study.packed.segment_of[study.trial.valid]))
         train = test = study.solver
-    linear, fitted = (train.fit(one.motor, None if cut else one.speeds, FINE) for one in (found.linear, found.fitted))
-    before, after = (scored(test, one.motor, study.recording, study.packed, one.speeds) for one in (linear, fitted))
-    return HeldOut(segments, own, cut, train, test, study, linear, fitted, before, after)
+    linear, fitted = (train.fit(one.motor, one.speeds, FINE) for one in (found.linear, found.fitted))
+    before, after = (_scored(study, test, one) for one in (linear, fitted))
+    return HeldOut(segments, in_part, bool(parts), train, test, study, linear, fitted, before, after)
 
 
-def worth_of(segments: tuple[int, ...], before: Scored, after: Scored, seed: int) -> Worth:
+def _scored(study: Study, test: Solver, fitted: Fitted) -> Scored:
+    """`fitted` on the rows of `test`, without what it learned over the time of others: nothing of that is known."""
+    motor = fitted.motor
+    for effect in motor.effects:
+        if isinstance(effect, AbstractDisturbance) and isinstance(effect, AbstractLearnedEffect):
+            motor = without_effect(motor, effect.name)
+    return scored(test, motor, study.recording, study.packed, fitted.speeds)
+
+
+def worth_of(
+    segments: tuple[int, ...], before: Scored, after: Scored, seed: int, in_part: tuple[int, ...] = ()
+) -> Worth:
     def intervals(one: Scored) -> Intervals:
         rmse, fit = speed_intervals(one.traces, seed)
         return Intervals(
@@ -84,6 +94,7 @@ def worth_of(segments: tuple[int, ...], before: Scored, after: Scored, seed: int
 
     return Worth(
         segments,
+        in_part,
         before.score,
         after.score,
         intervals(before),

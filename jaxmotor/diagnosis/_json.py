@@ -77,6 +77,7 @@ def _worth(worth: Worth) -> dict[str, Any]:
         intervals[f"fit_percent_{when}_interval"] = known.fit_percent[1:]
     return intervals | {
         "segments": list(worth.segments),
+        "segments_in_part": list(worth.in_part),
         "chi2_before": before.chi2_per_sample,
         "chi2_after": after.chi2_per_sample,
         "fit_percent_before": before.fit_percent,

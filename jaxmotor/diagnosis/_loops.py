@@ -9,6 +9,7 @@ from jaxmotor.diagnosis._errors import covariance
 from jaxmotor.diagnosis._found import FINE, Found
 from jaxmotor.diagnosis._free import motors_at, of_motor
 from jaxmotor.diagnosis._solve import Fitted, Solver
+from jaxmotor.diagnosis._split import Part
 from jaxmotor.diagnosis._study import Study
 from jaxmotor.motor import Motor
 from jaxmotor.validation import LoopRun, controller_of, loop_of_motors
@@ -37,7 +38,7 @@ def loop_gains(study: Study, found: Found, seed: int) -> tuple[LoopGain, ...]:
     known = [(index, one) for index, one in controllers.items() if not isinstance(one, str)][:MOST]
     if not known:
         return ()
-    rows = ~study.rows(tuple(loops))
+    rows = ~study.rows(tuple(Part(index, range(len(recording.segments[index]))) for index in loops))
     own = bool((study.trial.valid & rows).any())
     solver = Solver(study.trial, rows, study.solver.noise_known) if own else study.solver
     before = _drawn(_refitted(solver, found.linear), study, solver, seed)

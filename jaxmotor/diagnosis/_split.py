@@ -1,69 +1,48 @@
-"""Which segments to fit and which to hold out."""
+"""Which rows to fit and which to hold out."""
 
-import dataclasses
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording
 
 SHARE = 3
-"""Every third segment of a kind is held out."""
+"""Every third part of a kind is held out."""
 SHORTEST = 60
 """Rows that a part of a cut segment has at least."""
 
 
-def split(recording: Recording) -> tuple[Recording, tuple[int, ...]]:
-    """The recording, segments of more than a third of its rows cut in three, and the segments to hold out.
+class Part(NamedTuple):
+    """A segment of a recording, or rows of one."""
 
-    Every third segment of each kind; where that is none, of segments that are all cut. Rests are no segments.
+    segment: int
+    rows: range
+
+
+def split(recording: Recording) -> tuple[Part, ...]:
+    """What to hold out: every third segment of each kind, where those of more than a third of all rows are cut in
+    three; where that is none, of segments that are all cut. Rests are no segments.
+
+    The motor runs through a segment that is cut as through any other: only its first speed has to be known.
     """
-    rows = sum(len(recording.segments[index]) for index in _moving(recording))
-    parts = _cut(recording, rows // SHARE + 1)
-    held_out = _thirds(parts)
-    if not held_out:
-        parts = _cut(recording, 0)
-        held_out = _thirds(parts)
-    return parts, held_out
+    moving = [index for index, segment in enumerate(recording.segments) if segment.kind != "rest"]
+    rows = sum(len(recording.segments[index]) for index in moving)
+    return _thirds(recording, moving, rows // SHARE + 1) or _thirds(recording, moving, 0)
 
 
-def _moving(recording: Recording) -> list[int]:
-    return [index for index, segment in enumerate(recording.segments) if segment.kind != "rest"]
+def _thirds(recording: Recording, moving: list[int], longest: int) -> tuple[Part, ...]:
+    """Every third part of each kind, segments longer than `longest` rows cut."""
+    by_kind: dict[str, list[Part]] = {}
+    for index in moving:
+        segment = recording.segments[index]
+        by_kind.setdefault(segment.kind, []).extend(_parts(index, len(segment), longest))
+    held_out = [part for same in by_kind.values() for part in same[SHARE - 1 :: SHARE]]
+    return tuple(sorted(held_out, key=lambda part: part.segment))
 
 
-def _thirds(recording: Recording) -> tuple[int, ...]:
-    by_kind: dict[str, list[int]] = {}
-    for index in _moving(recording):
-        by_kind.setdefault(recording.segments[index].kind, []).append(index)
-    return tuple(sorted(index for same in by_kind.values() for index in same[SHARE - 1 :: SHARE]))
-
-
-def _cut(recording: Recording, longest: int) -> Recording:
-    """`recording` with its segments longer than `longest` rows cut; itself where none is."""
-    segments = [part for segment in recording.segments for part in _parts(segment, longest)]
-    if len(segments) == len(recording.segments):
-        return recording
-    return dataclasses.replace(recording, segments=tuple(segments))
-
-
-def _parts(segment: Segment, longest: int) -> list[Segment]:
-    if segment.kind == "rest" or len(segment) < SHARE * SHORTEST or len(segment) <= longest:
-        return [segment]
-    edges = np.linspace(0, len(segment), SHARE + 1).astype(int).tolist()
-    return [_slice(segment, slice(begin, end)) for begin, end in itertools.pairwise(edges)]
-
-
-def _slice(segment: Segment, rows: slice) -> Segment:
-    optional = ("duty", "count", "angle_rad", "speed_rad_s", "supply_V", "current_A")
-    columns = {name: getattr(segment, name) for name in optional}
-    begin = float(segment.time_s[rows][0])
-    return dataclasses.replace(
-        segment,
-        start_s=segment.start_s + begin,
-        at_rest=segment.at_rest and rows.start == 0,
-        time_s=segment.time_s[rows] - begin,
-        volts=segment.volts[rows],
-        tick=None if segment.tick is None else segment.tick[rows] - segment.tick[rows][0],
-        extra={},
-        **{name: None if column is None else column[rows] for name, column in columns.items()},
-    )
+def _parts(index: int, rows: int, longest: int) -> list[Part]:
+    if rows < SHARE * SHORTEST or rows <= longest:
+        return [Part(index, range(rows))]
+    edges = np.linspace(0, rows, SHARE + 1).astype(int).tolist()
+    return [Part(index, range(begin, end)) for begin, end in itertools.pairwise(edges)]

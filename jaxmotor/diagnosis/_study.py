@@ -6,6 +6,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import Solver
+from jaxmotor.diagnosis._split import Part
 from jaxmotor.diagnosis._trial import Trial, trial_of
 from jaxmotor.prediction import PADDED, Noise, Packed, pack, without_beginnings
 from jaxmotor.recording import Recording
@@ -22,9 +23,11 @@ class Study:
     timed: bool
     """Packed for motors with a timing offset."""
 
-    def rows(self, segments: tuple[int, ...]) -> np.ndarray:
-        """(lane, row) those of `segments`."""
-        return np.isin(self.packed.segment_of, segments)
+    def rows(self, parts: tuple[Part, ...]) -> np.ndarray:
+        """(lane, row) those of `parts`."""
+        segment, row = self.packed.segment_of, self.packed.row_of
+        own = [(segment == index) & (rows.start <= row) & (row < rows.stop) for index, rows in parts]
+        return np.logical_or.reduce(own)
 
 
 def study_of(

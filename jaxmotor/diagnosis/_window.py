@@ -22,6 +22,7 @@ from jaxmotor._balanced import solve_balanced
 from jaxmotor.diagnosis._found import COARSE
 from jaxmotor.diagnosis._free import with_effect, without_effect
 from jaxmotor.diagnosis._request import Request
+from jaxmotor.diagnosis._score_test import late
 from jaxmotor.diagnosis._solve import DAMPING, Fitted, square_of
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.estimate import UNSURE, SpeedAverage, with_window
@@ -79,27 +80,47 @@ def window_beside(
 
     fit = functools.partial(_fitted, over, found.speeds)
     tried, bare = [], without_lags(found.motor)
-    motor = late = with_effect(bare, TransportDelay.of(delay_s=period_s))
+    motor = delayed = with_effect(bare, TransportDelay.of(delay_s=period_s))
     for length, its in used.items():
         tried.append(fit(length, motor, its))
         # From one window to the next little changes.
         motor = tried[-1].fitted.motor if tried[-1].fitted.settled else motor
     best = _settled(recording, fit, _closer(fit, tried, cells), cells)
-    best = min(best, fit(best.window_s, without_lags(best.fitted.motor)), key=lambda one: cost(one, 1))
+    # A longer window makes speeds as late as a delay beside a shorter one.
+    undelayed = [
+        fit(best.window_s + more, without_lags(best.fitted.motor)) for more in (0.0, 2 * late(best.fitted.motor))
+    ]
+    undelayed = _settled(recording, fit, min(undelayed, key=lambda one: one.square(cells)), cells)
+    best = min(best, undelayed, key=lambda one: cost(one, 1))
     if best.fitted.chi2 > enough:
         return None
-    lags = [with_effect(late, lag.of(time_constant_s=period_s)) for lag in (SensorLag, ElectricalPole)]
+    lags = [with_effect(delayed, lag.of(time_constant_s=period_s)) for lag in (SensorLag, ElectricalPole)]
     instead = (solver.fit(lag, found.speeds, COARSE) for lag in lags)
     least = min(cost(Windowed(0.0, study, other), 0) for other in (found, *others, *instead))
     return _average(recording, best, period_s) if cost(best, 1) < least else None
 
 
-def beside_all(recording: Recording, study: Study, found: Fitted, window_s: float) -> SpeedAverage:
-    """The window of `recording`, which states `window_s`, with all effects of `found`: in Gauss-Newton steps from
-    there, judged on rows that a window half as long again leaves, too."""
+def beside_all(
+    recording: Recording, study: Study, found: Fitted, known: SpeedAverage, *, early: bool
+) -> tuple[SpeedAverage, bool]:
+    """The window of `recording`, which states the `known` one, with the effects of `found`; and whether it moved so far
+    that these have to be found anew. Where it was known `early`, before any effect was, lags among them may be what it
+    lacked: it is found without them first."""
+    better = known
+    for lags in (False, True) if early and any(effect.family == LAG for effect in found.motor.effects) else (True,):
+        better = _beside(recording, study, found, known.length_s, lags=lags)
+        if abs(better.length_s - known.length_s) > better.standard_error_s:
+            return better, True
+    return better, False
+
+
+def _beside(recording: Recording, study: Study, found: Fitted, window_s: float, *, lags: bool) -> SpeedAverage:
+    """The window with all effects of `found`, or without its `lags`: in Gauss-Newton steps from `window_s`, judged on
+    rows that a window half as long again leaves, too."""
     over = functools.partial(_over, recording, found.motor, study.packed.observation.noise, study.solver.request)
     fit = functools.partial(_fitted, over, found.speeds)
-    best = _settled(recording, fit, Windowed(window_s, study, found), over(1.5 * window_s).solver.cells)
+    first = Windowed(window_s, study, found) if lags else fit(window_s, without_lags(found.motor), study)
+    best = _settled(recording, fit, first, over(1.5 * window_s).solver.cells)
     return _average(recording, best, float(np.median(study.packed.durations)))
 
 
@@ -150,8 +171,8 @@ def _settled(
     """`best`, and from there Gauss-Newton steps of the window as long as they bring something."""
     for _ in range(STEPS):
         slope = _slope(recording, best)
-        step = slope.step_s(best.fitted.residual)
-        if abs(step) < NEAR * slope.error_s(best) or not 0 < best.window_s + step < 2 * best.window_s:
+        step = float(np.clip(slope.step_s(best.fitted.residual), -0.5 * best.window_s, best.window_s))
+        if abs(step) < NEAR * slope.error_s(best):
             break
         new = fit(best.window_s + step, best.fitted.motor)
         if not new.square(cells) < best.square(cells):

@@ -1,7 +1,7 @@
 """What a diagnosis found, in sentences without their full stop."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
 from jaxmotor.estimate import Noise
@@ -115,13 +115,19 @@ def percent(share: float) -> str:
 
 
 def scored(diagnosis: Diagnosis) -> str:
-    """Which data the scores are of. Where a recording was cut, its segments have other numbers than in its header."""
-    held_out, whole = set(diagnosis.held_out.segments), set(diagnosis.whole.segments)
-    if held_out >= whole:
+    """Which data the scores are of."""
+    held_out = diagnosis.held_out
+    if held_out.in_part:
+        whole = [segment for segment in held_out.segments if segment not in held_out.in_part]
+        other = f"all of {_segments(whole)} and " if whole else ""
+        return f"{other}a third of {_segments(held_out.in_part)}, with the models fitted to the rest"
+    if set(held_out.segments) >= set(diagnosis.whole.segments):
         return "all of the estimation data: there are too few to hold any out"
-    if held_out < whole:
-        return f"all of segments {ranges(diagnosis.held_out.segments)}, with the models fitted to the others"
-    return "all of a part of the recording, with the models fitted to the rest"
+    return f"all of {_segments(held_out.segments)}, with the models fitted to the others"
+
+
+def _segments(numbers: Sequence[int]) -> str:
+    return f"segment{'s' if len(numbers) > 1 else ''} {ranges(numbers)}"
 
 
 def loop_of(gain: LoopGain) -> str:

@@ -100,8 +100,9 @@ def test_looks_are_the_same_for_the_same_key():
 
 def test_held_out_is_every_third_of_each_kind():
     made, found = of("clean")
-    parts, held_out = split(made)
-    assert parts is made and set(held_out) == {2, 5, 10, 13, 14}
+    held_out = tuple(part.segment for part in split(made))
+    assert set(held_out) == {2, 5, 10, 13, 14}
+    assert [part.rows for part in split(made)] == [range(len(made.segments[number])) for number in held_out]
     assert found.held_out.segments == held_out
     assert {trace.segment for trace in found.held_out.traces_after} == set(held_out)
     assert set(found.whole.segments) == set(range(len(RUNS)))
@@ -110,18 +111,14 @@ def test_held_out_is_every_third_of_each_kind():
 def test_one_long_segment_is_cut():
     volts = held(np.repeat(np.random.default_rng(0).choice([-5.1, 2.0, 5.1], 200), 9))
     made = recording(1, runs=[("prbs", {}, volts)])
-    parts, held_out = split(made)
-    assert len(parts.segments) == 3 and held_out == (2,)
-    np.testing.assert_array_equal(np.concatenate([s.volts for s in parts.segments]), volts)
-    assert [segment.at_rest for segment in parts.segments] == [True, False, False]
+    assert split(made) == ((0, range(len(volts) * 2 // 3, len(volts))),)
 
 
 def test_a_segment_that_outweighs_the_others_is_cut_too():
     long = ("prbs", {}, held(np.repeat(np.random.default_rng(0).choice([-5.1, 2.0, 5.1], 200), 9)))
     made = recording(1, runs=[*(step(volts, 90) for volts in (1.0, 2.0, 3.0)), long])
-    parts, held_out = split(made)
-    assert len(parts.segments) == 6 and held_out == (2, 5)
-    assert [segment.kind for segment in parts.segments] == ["step"] * 3 + ["prbs"] * 3
+    assert [part.segment for part in split(made)] == [2, 3]
+    assert split(made)[1].rows == range(1200, 1800)
 
 
 def test_a_recording_too_short_to_split_is_said():

@@ -94,6 +94,20 @@ def test_the_story_is_short(name, tmp_path):
     assert lines[0] == f"made.csv: {found.verdict}" and not any(line != line.rstrip() for line in lines)
 
 
+@pytest.mark.parametrize(
+    ("segments", "in_part", "said"),
+    [
+        ((0,), (0,), "a third of segment 0, with the models fitted to the rest"),
+        ((2, 5, 6), (5, 6), "all of segment 2 and a third of segments 5-6, with the models fitted to the rest"),
+        ((2,), (), "all of segment 2, with the models fitted to the others"),
+    ],
+)
+def test_the_story_says_what_was_held_out(segments, in_part, said):
+    _, found = of("friction")
+    held_out = dataclasses.replace(found.held_out, segments=segments, in_part=in_part)
+    assert said in " ".join(diagnosis_text(dataclasses.replace(found, held_out=held_out)).split())
+
+
 @pytest.mark.parametrize("name", sorted(EFFECTS))
 def test_no_line_is_too_long_whatever_is_found(name):
     others = [other for other in ("stiction", "winding_heating", "shaft_compliance") if other != name][:2]

@@ -243,10 +243,14 @@ def test_uneven_time_stamps_are_said(told, tmp_path):
     assert recording.period_s is None
     empty = MissingVolts(*([np.zeros(0)] * 6), noise_V=float("nan"))
     after = dataclasses.replace(story.diagnosis.held_out.after, chi2_per_sample=0.28)
+    own = range(len(recording.segments))
+    whole = story.diagnosis.whole
+    sides = (tuple(one for one in its if one.segment in own) for its in (whole.traces_before, whole.traces_after))
     diagnosis = dataclasses.replace(
         story.diagnosis,
+        whole=dataclasses.replace(whole, **dict(zip(("traces_before", "traces_after"), sides, strict=True))),
         fit=dataclasses.replace(story.diagnosis.fit, floor_known=False, frequency_response=None),
-        held_out=dataclasses.replace(story.diagnosis.held_out, segments=(99,), after=after, traces_before=()),
+        held_out=dataclasses.replace(story.diagnosis.held_out, after=after, traces_before=()),
         missing=empty,
         left=empty,
         adds_up=False,

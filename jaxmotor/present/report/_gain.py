@@ -182,11 +182,9 @@ def _white(diagnosis: Diagnosis) -> Content:
 
 
 def _kind(diagnosis: Diagnosis, recording: Recording, trace: Trace) -> str:
-    """Segments of a recording that was cut have numbers that say nothing to people."""
-    if not set(diagnosis.held_out.segments) <= set(diagnosis.whole.segments):
-        return "a part of the recording"
     kind = recording.segments[trace.segment].kind
-    return f"a {'segment' if kind == 'other' else named(kind)} (segment {trace.segment})"
+    part = "a third of " if trace.segment in diagnosis.held_out.in_part else ""
+    return f"{part}a {'segment' if kind == 'other' else named(kind)} (segment {trace.segment})"
 
 
 def _runs(diagnosis: Diagnosis, recording: Recording) -> Content:
