@@ -12,6 +12,7 @@ from jaxmotor.words import (
     allowing,
     bracket,
     cause,
+    level_words,
     looks_like,
     loop_of,
     may_be,
@@ -76,9 +77,10 @@ def _sure(diagnosis: Diagnosis) -> list[str]:
     if not diagnosis.named:
         return []
     held_out = diagnosis.held_out
-    floor = "rounding" if diagnosis.fit.floor_known else "noise"
+    known = diagnosis.fit.floor_known
+    floor = "rounding alone" if known else f"noise alone, {level_words(diagnosis.fit.noise)}"
     drift = f"{held_out.drift_before:.3g}, extended {held_out.drift_after:.3g}"
-    scale = f"{'drift chi2' if diagnosis.adds_up else 'chi2'} of held-out data (1 = {floor} alone): linear {drift}"
+    scale = f"{'drift chi2' if diagnosis.adds_up else 'chi2'} of held-out data (1 = {floor}): linear {drift}"
     return [scale, *(line for found in diagnosis.named for line in _rivals(found, held_out))]
 
 

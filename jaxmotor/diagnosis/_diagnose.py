@@ -92,8 +92,8 @@ def diagnose(
     request = Request(effects, exclude, on_progress)
     request.tell(0)
     fit, refused = _linear_fit(recording, seed)
-    fit, study, linear, before, missing, found_looks, search, found = _explained(
-        stated(recording, fit.average), fit, request, seed
+    fit, study, linear, before, missing, found_looks, search, found = _in_own_noise(
+        _explained(stated(recording, fit.average), fit, request, seed)
     )
     recording = study.recording
     after, left, left_looks = _left(study, found.fitted, seed) if found.named else (before, missing, found_looks)
@@ -194,6 +194,24 @@ def _explained(recording: Recording, fit: Fit, request: Request, seed: int, roun
         fit = dataclasses.replace(fit, average=average)
         return _explained(stated(recording, average), fit, request, seed, rounds + 1)
     return _Explained(fit, study, linear, before, missing, found_looks, search, found)
+
+
+def _in_own_noise(known: _Explained) -> _Explained:
+    """`known` in the noise that its motor leaves, where it was estimated without one and that is less."""
+    study, found = known.study, known.found
+    if not found.named or study.packed.observation.floor_known or found.fitted.chi2 >= 1:
+        return known
+    quieter = study.quieter(found.fitted.chi2)
+    linear, fitted = (quieter.solver.fit(one.motor, one.speeds, FINE) for one in (found.linear, found.fitted))
+    noise, before = quieter.packed.observation.noise, study.packed.observation.noise
+    chi2 = known.fit.chi2_per_sample * (before.level / noise.level) ** 2
+    return known._replace(
+        fit=dataclasses.replace(known.fit, noise=noise, chi2_per_sample=chi2),
+        study=quieter,
+        linear=linear,
+        before=scored(quieter.solver, linear.motor, quieter.recording, quieter.packed, linear.speeds),
+        found=dataclasses.replace(found, linear=linear, fitted=fitted),
+    )
 
 
 def _window(search: Search, study: Study, motor: Callable[[], Fitted], share: float = np.inf) -> SpeedAverage | None:

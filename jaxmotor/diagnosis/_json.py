@@ -10,6 +10,7 @@ from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
 from jaxmotor.estimate import open_to_json
+from jaxmotor.prediction import noise_to_json
 from jaxmotor.validation import Interval
 
 FORMAT = 2
@@ -27,6 +28,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "standard_error": diagnosis.standard_error,
         **open_to_json(diagnosis.open_hypotheses, diagnosis.allowed),
         "undecided": diagnosis.undecided,
+        "noise": noise_to_json(diagnosis.fit.noise),
         "probabilities": {name: min(value, 1.0) for name, value in diagnosis.probabilities.items()},
         "families": {name: min(value, 1.0) for name, value in diagnosis.families.items()},
         "effects": [_effect(found) for found in diagnosis.effects],

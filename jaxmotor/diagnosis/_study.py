@@ -8,7 +8,7 @@ from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._split import Part
 from jaxmotor.diagnosis._trial import Trial, trial_of
-from jaxmotor.prediction import PADDED, Noise, Packed, pack, without_beginnings
+from jaxmotor.prediction import PADDED, Noise, Packed, lowered, pack, without_beginnings
 from jaxmotor.recording import Recording
 
 
@@ -22,6 +22,13 @@ class Study:
     solver: Solver
     timed: bool
     """Packed for motors with a timing offset."""
+    pole_rad_s: float
+    """Of the motors, about."""
+
+    def quieter(self, share: float) -> "Study":
+        """The same in a noise of this `share` of the mean square that was estimated."""
+        noise = lowered(self.packed.observation.noise, share, self.packed.observation.kind == "turn")
+        return study_of(self.recording, self.pole_rad_s, self.timed, self.solver.request, noise)
 
     def rows(self, parts: tuple[Part, ...]) -> np.ndarray:
         """(lane, row) those of `parts`."""
@@ -46,9 +53,8 @@ def study_of(
     packed = pack(recording, moving, shape, timed, noise=noise)
     packed = without_beginnings(recording, packed)
     trial = trial_of(recording, packed, pole)
-    return Study(
-        recording, packed, trial, Solver(trial, noise_known=packed.observation.floor_known, request=request), timed
-    )
+    solver = Solver(trial, noise_known=packed.observation.floor_known, request=request)
+    return Study(recording, packed, trial, solver, timed, pole)
 
 
 def _lanes(rows: list[int]) -> int:

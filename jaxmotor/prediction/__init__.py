@@ -26,6 +26,7 @@ from jaxmotor.prediction._log import Log as Log
 from jaxmotor.prediction._log import log_of as log_of
 from jaxmotor.prediction._log import steps_per_row as steps_per_row
 from jaxmotor.prediction._noise import Noise as Noise
+from jaxmotor.prediction._noise import lowered as lowered
 from jaxmotor.prediction._noise import noise_to_json as noise_to_json
 from jaxmotor.prediction._packing import PADDED as PADDED
 from jaxmotor.prediction._packing import Lanes as Lanes

@@ -22,6 +22,7 @@ from jaxmotor.words._findings import compared as compared
 from jaxmotor.words._findings import either as either
 from jaxmotor.words._findings import equals as equals
 from jaxmotor.words._findings import floor as floor
+from jaxmotor.words._findings import level_words as level_words
 from jaxmotor.words._findings import looks_like as looks_like
 from jaxmotor.words._findings import loop_of as loop_of
 from jaxmotor.words._findings import may_be as may_be

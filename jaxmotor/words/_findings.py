@@ -21,12 +21,20 @@ def floor(known: bool) -> str:
 def noise_words(noise: Noise) -> str:
     """The noise of one reading in the log's unit."""
     if noise.known:
-        return f"rounding to whole {noise.unit.name}"
+        return level_words(noise)
     unit = noise.unit.name
-    what = "" if noise.measured == "speed" else " on the turn from row to row"
     step = "" if noise.step is None else f"; readings come in steps of {noise.step / noise.unit.si:.4g} {unit}"
-    level, new = noise.level / noise.unit.si, noise.row_to_row / noise.unit.si
-    return f"{level:.3g} {unit}{what}, of which {new:.3g} {unit} is new in each row{step}"
+    new = noise.row_to_row / noise.unit.si
+    return f"{level_words(noise)}, of which {new:.3g} {unit} is new in each row{step}"
+
+
+def level_words(noise: Noise) -> str:
+    """The same, its size alone."""
+    unit = noise.unit
+    if noise.known:
+        return f"rounding to whole {unit.name}"
+    what = "" if noise.measured == "speed" else " on the turn from row to row"
+    return f"{noise.level / unit.si:.3g} {unit.name}{what}"
 
 
 def of_rounding(missing: MissingVolts) -> str:
