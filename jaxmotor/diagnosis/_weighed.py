@@ -1,0 +1,133 @@
+"""The effects of a motor that was found: how large, how sure, and what else could be in their place."""
+
+import numpy as np
+
+from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME
+from jaxmotor.diagnosis._diagnosis import FoundEffect, Rival
+from jaxmotor.diagnosis._errors import differs, effect_errors
+from jaxmotor.diagnosis._found import NONE, Found, Named
+from jaxmotor.diagnosis._held_out import HeldOut
+from jaxmotor.diagnosis._moments import moment_error
+from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._solve import Fitted
+from jaxmotor.diagnosis._study import Study
+from jaxmotor.diagnosis._trial import rig_of
+from jaxmotor.diagnosis._visited import falling
+from jaxmotor.motor.effects import LEARNED, OF_LOG, AbstractEffect, AbstractLearnedEffect, AbstractStepInTime
+
+RIVALS = 4
+FAR = 2.0
+"""Times chi2 of the best motor, above which nobody asks how much worse another one is, exactly."""
+UNKNOWN = 0.5
+"""Relative standard error from which a parameter is not determined."""
+
+
+def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> tuple[FoundEffect, ...]:
+    rig = rig_of(study.recording, study.trial)
+    errors = effect_errors(found.fitted, spread, rig)
+    effects = []
+    rivals = _rivals(held, found)
+    about = {named.name: named for named in found.named}
+    for effect, error in zip(found.fitted.motor.effects, errors, strict=True):
+        if isinstance(effect, OF_LOG):
+            continue
+        if isinstance(effect, AbstractStepInTime):
+            error["moment_s"] = moment_error(study.solver, found.fitted, effect, rig)
+        without = held.without(effect.name)
+        gain = 100 * (1 - held.after.drift / max(without, 1e-300))
+        own = about[effect.name]
+        sure, with_equal, family = _sureness(own, found.families.get(effect.family, 0.0))
+        unknown = _unknown(effect, error)
+        effects.append(
+            FoundEffect(
+                effect,
+                error,
+                gain,
+                rivals[own.name],
+                unknown,
+                probability=sure,
+                family_probability=with_equal,
+                of_family=family,
+                unexplained_share=own.unexplained_share,
+            )
+        )
+    return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
+
+
+def _sureness(named: Named, of_family: float) -> tuple[float, float, float]:
+    """The probabilities of an effect, of it or its equals, and of any of its family, by weights alone `of_family`. That
+    something depends on a coordinate, as a curve says, is as sure as a family."""
+    sure = (OF_FAMILY if named.name in LEARNED else OF_NAME)(named.unexplained_share)
+    with_equal = sure * named.with_equal
+    family = max(OF_FAMILY(named.unexplained_share) * of_family, with_equal) if of_family else 0.0
+    return sure * named.probability, with_equal, family
+
+
+def _unknown(effect: AbstractEffect, error: dict[str, float]) -> tuple[str, ...]:
+    if isinstance(effect, AbstractLearnedEffect):
+        # Its terms mean nothing one by one.
+        return ()
+    values = {name: float(getattr(effect, name)) for name in error}
+    return tuple(name for name in error if name != "phase_rad" and error[name] > UNKNOWN * abs(values[name]))
+
+
+def probabilities(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]:
+    """Of each effect that was tried and of `none`, the largest first."""
+    sure = OF_NAME(found.unexplained_share)
+    each = {name: share if name == NONE else sure * share for name, share in found.probabilities.items()}
+    return falling(each | {one.name: one.probability for one in effects} if each else each)
+
+
+def families(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]:
+    """Of each family of effects, the largest first."""
+    each = {family: OF_FAMILY(found.unexplained_share) * share for family, share in found.families.items()}
+    for one in effects:
+        each[one.effect.family] = max(each.get(one.effect.family, 0.0), one.of_family)
+    return falling({family: share for family, share in each.items() if family})
+
+
+def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:
+    """Of each effect."""
+    pairs = [(named, other) for named in found.named for other in named.rivals[:RIVALS]]
+    added = [_added(other, found) for _, other in pairs]
+    far = FAR * held.fitted.chi2
+    bars = [np.inf if one.name in named.equal else far for one, (named, _) in zip(added, pairs, strict=True)]
+    drifts = side_by_side(
+        lambda pair: held.drift(pair[0][1].motor, pair[0][1], pair[1]), list(zip(pairs, bars, strict=True))
+    )
+    rivals: dict[str, list[Rival]] = {named.name: [] for named in found.named}
+    for one, (named, _), drift in zip(added, pairs, drifts, strict=True):
+        if drift <= held.before.drift:
+            equal, wider = one.name in named.equal, named.name in one.contains
+            rivals[named.name].append(Rival(one.name, drift - held.after.drift, equal, wider))
+    return {name: tuple(sorted(its, key=lambda rival: rival.chi2_excess)) for name, its in rivals.items()}
+
+
+def indistinguishable_motors(found: Found, effects: tuple[FoundEffect, ...]) -> dict[tuple[str, str], Fitted]:
+    """Motors that explain the recording as well, by the effect that was named and the one in its place."""
+    indistinguishable = {}
+    for named in found.named:
+        [effect] = [effect for effect in effects if effect.name == named.name]
+        close = [rival.name for rival in effect.rivals if rival.inseparable and not rival.wider]
+        for other in named.rivals[:RIVALS]:
+            name = _added(other, found).name
+            if name in close:
+                indistinguishable[named.name, name] = other
+    return indistinguishable
+
+
+def _added(other: Fitted, found: Found) -> AbstractEffect:
+    """The effect of `other` that the motor of `found` has not."""
+    return next(effect for effect in other.template.effects if effect.name not in found.fitted.names)
+
+
+def ambiguous(fitted: Fitted, spread: np.ndarray, indistinguishable: dict[tuple[str, str], Fitted]) -> list[str]:
+    """What depends on which of them it is."""
+    notes = []
+    for (name, other), instead in indistinguishable.items():
+        away = differs(fitted, spread, instead)
+        for place, what, unit in ((0, "gain", "rad/s/V"), (1, "pole", "rad/s")):
+            if away[place]:
+                own, its = np.exp([fitted.free[place], instead.free[place]])
+                notes.append(f"with {other} in place of {name} the {what} is {its:.4g} {unit}, not {own:.4g}")
+    return notes
