@@ -6,7 +6,7 @@ from jaxtyping import Int
 from jaxmotor._precision import to_jax
 from jaxmotor.motor.effects import MeasuredLog
 from jaxmotor.prediction._packing import Packed
-from jaxmotor.recording import Recording
+from jaxmotor.recording import Recording, Segment
 
 
 def supply_of(recording: Recording) -> float:
@@ -18,11 +18,27 @@ def supply_of(recording: Recording) -> float:
 def shaft_angles(recording: Recording) -> list[np.ndarray] | None:
     """(n,) measured angle of each segment [rad], all from one zero; None where that is not known."""
     segments = recording.segments
-    if recording.measured == "speed" or (recording.count_resets and len(segments) > 1):
+    if len(segments) > 1 and (recording.measured == "speed" or recording.count_resets):
         return None
+    if recording.measured == "speed":
+        angle = _integrated(segments[0], recording.speed_window_s or 0.0)
+        return None if angle is None else [angle]
     if recording.measured == "angle":
         return [np.asarray(segment.angle_rad) for segment in segments]
     return [np.asarray(segment.count) * recording.count_rad for segment in segments]
+
+
+def _integrated(segment: Segment, window_s: float) -> np.ndarray | None:
+    """(n,) angle of a log of mean speeds over `window_s` before each row [rad], from 0 on; None where rows are lost.
+
+    The integral of such means is the mean angle over the window, which was the shaft's half a window before.
+    """
+    assert segment.speed_rad_s is not None
+    if segment.tick is not None and segment.tick[-1] - segment.tick[0] >= len(segment):
+        return None
+    time, speed = segment.time_s, segment.speed_rad_s
+    mean = 0.5 * (speed[1:] + speed[:-1])
+    return np.append(0.0, np.cumsum(mean * np.diff(time))) + 0.5 * window_s * speed
 
 
 def measured_log(recording: Recording, packed: Packed) -> MeasuredLog:
