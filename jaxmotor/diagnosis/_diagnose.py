@@ -45,6 +45,9 @@ EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
 )
+BEGINS = (
+    "a log of speeds does not hold the angle at which each segment begins: it was fitted to what is locked to the angle"
+)
 
 
 @in_float64
@@ -114,6 +117,7 @@ def diagnose(
             *ambiguous(found.fitted, spread, indistinguishable),
             *(one.sentence for one in (fit.average, timing) if one is not None),
             *(one.note for one in opened),
+            *([BEGINS] if study.recording.segments[0].begins_rad is not None else []),
             *([EARLY] if verdict == "unexplained" and is_early(study.recording, found.fitted) else []),
         ),
         open_hypotheses=opened,

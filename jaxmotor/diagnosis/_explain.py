@@ -15,6 +15,7 @@ from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
+from jaxmotor.diagnosis._segment_angles import with_angles
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed
@@ -95,6 +96,9 @@ def _searched(recording: Recording, fit: Fit, request: Request, seed: int, round
         better, moved = beside_all(recording, study, found.fitted, fit.average, early=rounds < EARLY_ROUNDS)
         average = better if moved and rounds < ROUNDS else None
         fit = dataclasses.replace(fit, average=better)
+    angled = None if average is not None else with_angles(study, found.fitted)
+    if angled is not None:
+        return _searched(angled, fit, request, seed, rounds)
     if average is not None:
         # Lags of the readings are not the motor's: what was found with them is found anew.
         fit = dataclasses.replace(fit, average=average)

@@ -6,6 +6,7 @@ of the column explains is the effect's score. A score ranks and gives fits their
 """
 
 import dataclasses
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -50,8 +51,10 @@ class Candidate:
         return with_effect(moved, self.effect)
 
 
-def effect_columns(solver: Solver, base: Fitted, rig: Rig) -> tuple[EffectColumns, ...]:
-    """Of every effect that the recording could show, at the gain and pole of `base`.
+def effect_columns(
+    solver: Solver, base: Fitted, rig: Rig, effects: Sequence[type[AbstractEffect]]
+) -> tuple[EffectColumns, ...]:
+    """Of those of `effects` that the recording could show, at the gain and pole of `base`.
 
     Where `base` has effects already, they are taken as if they did not change what a further one does, but for a delay:
     that comes as much later. So no program is needed that the first effects have not needed.
@@ -61,7 +64,7 @@ def effect_columns(solver: Solver, base: Fitted, rig: Rig) -> tuple[EffectColumn
     rows = round(late(base.motor) / rig.period_s)
     if rows:
         at = _rows_before(solver.piece, rows)
-    starts = [effect.starts(rig) for effect in solver.request.asked() if not effect.sought_last]
+    starts = [effect.starts(rig) for effect in effects if not effect.sought_last]
     of = side_by_side(lambda own: _effect_columns(solver, motor, base.speeds, residual, own), starts)
     found = tuple(one for its in of for one in its)
     return found if at is None else tuple(dataclasses.replace(one, columns=one.columns[at]) for one in found)

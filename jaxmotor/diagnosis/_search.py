@@ -317,7 +317,7 @@ class Search:
             later = abs(late(near.motor) - late(base.motor))
             if np.abs(near.free[:2] - base.free[:2]).max() < NEAR and later < 0.5 * self.rig.period_s:
                 return known
-        found = effect_columns(self.solver, base, self.rig)
+        found = effect_columns(self.solver, base, self.rig, self.solver.request.asked())
         self.scores.append((base, found))
         return found
 

@@ -18,11 +18,13 @@ def supply_of(recording: Recording) -> float:
 def shaft_angles(recording: Recording) -> list[np.ndarray] | None:
     """(n,) measured angle of each segment [rad], all from one zero; None where that is not known."""
     segments = recording.segments
-    if len(segments) > 1 and (recording.measured == "speed" or recording.count_resets):
-        return None
     if recording.measured == "speed":
-        angle = _integrated(segments[0], recording.speed_window_s or 0.0)
-        return None if angle is None else [angle]
+        angles = [_integrated(segment, recording.speed_window_s or 0.0) for segment in segments]
+        begins = [0.0] if len(segments) == 1 else [segment.begins_rad for segment in segments]
+        known = [at + angle for at, angle in zip(begins, angles, strict=True) if at is not None and angle is not None]
+        return known if len(known) == len(segments) else None
+    if recording.count_resets and len(segments) > 1:
+        return None
     if recording.measured == "angle":
         return [np.asarray(segment.angle_rad) for segment in segments]
     return [np.asarray(segment.count) * recording.count_rad for segment in segments]

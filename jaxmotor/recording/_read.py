@@ -185,5 +185,5 @@ def _segment(
         at_rest=table.get("at_rest", True),
         parameters={key: value for key, value in table.items() if key not in OWN_SEGMENT_KEYS},
         extra={name: column[rows] for name, column in extra.items()},
-        **{name: column[rows] for name, column in fields.items()},
+        **{name: column[rows] for name, column in fields.items()},  # pyright: ignore[reportArgumentType]
     )

@@ -54,6 +54,8 @@ class Segment:
     """(n,) float64, measured current [A]."""
     extra: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
     """Columns that the format does not know, as text; written back as they came."""
+    begins_rad: float | None = None
+    """Angle of the shaft at the first row [rad], where a diagnosis has found it out of speeds; no file holds it."""
 
     def __len__(self) -> int:
         return len(self.time_s)

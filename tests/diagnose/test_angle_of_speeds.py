@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 from jaxmotor import diagnose
+from jaxmotor.diagnosis._diagnose import BEGINS
+from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._segment_angles import with_angles
+from jaxmotor.diagnosis._study import study_of
 from jaxmotor.prediction import shaft_angles
 from jaxmotor.recording import Recording, Segment
 
@@ -57,6 +61,39 @@ def test_there_is_no_angle_across_what_is_not_in_the_log(smooth):
     lost = dataclasses.replace(run, tick=run.tick + (run.tick > 500))
     assert shaft_angles(dataclasses.replace(made, segments=(lost,))) is None
     assert shaft_angles(dataclasses.replace(made, segments=(run, run))) is None
+
+
+def cut(made: Recording, parts: int) -> Recording:
+    """`made` in parts; the last 80 rows of each, in which the shaft turns on, are not in the log."""
+    [run] = made.segments
+    assert run.speed_rad_s is not None
+    length = ROWS // parts
+    pieces = [slice(part * length, (part + 1) * length - 80) for part in range(parts)]
+    segments = [
+        Segment(
+            *("other", float(run.time_s[piece.start]), False, {}, run.time_s[: length - 80], run.volts[piece]),
+            np.arange(length - 80),
+            speed_rad_s=run.speed_rad_s[piece],
+        )
+        for piece in pieces
+    ]
+    return dataclasses.replace(made, segments=tuple(segments))
+
+
+def test_segments_whose_angles_are_not_known_are_put_together():
+    found = diagnose(cut(speed_log(3, cogging_V=COGGING_V)[0], 4))
+    [effect] = found.named
+    assert effect.name == "cogging" and found.verdict == "extended"
+    assert round(effect.parameters["cycles_per_rev"]) == CYCLES
+    assert abs(effect.parameters["volts_V"] - COGGING_V) < 3 * effect.standard_error["volts_V"] < 0.1 * COGGING_V
+    assert BEGINS in found.notes
+
+
+@pytest.mark.usefixtures("x64")
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_puts_no_segments_together(seed):
+    study = study_of(cut(speed_log(10 + seed)[0], 3 + seed), POLE)
+    assert with_angles(study, study.solver.fit(linear_of(GAIN, POLE))) is None
 
 
 @pytest.mark.parametrize(
