@@ -7,6 +7,7 @@ other.
 """
 
 import dataclasses
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -114,10 +115,10 @@ def _solved(normal: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def _by_chance(best: _Sums, sums: list[_Sums]) -> float:
-    """How likely the largest gain of so many waves is as large as that of `best`, if all were of one distribution."""
-    from scipy.special import chdtrc, chdtri
-
-    freedom = 2 * best.number
+    """How likely the largest gain of so many waves is as large as that of `best`, if all gains were multiples of χ² of
+    2 `best.number` degrees of freedom, whose cube root is nearly normal [Wilson and Hilferty 1931]."""
     others = [one.gain for one in sums if one.name == best.name and one.cycles != best.cycles]
     typical = float(np.median(others)) if others else np.inf
-    return len(sums) * float(chdtrc(freedom, best.gain * chdtri(freedom, 0.5) / max(typical, 1e-300)))
+    variance = 2 / (9 * 2 * max(best.number, 1))
+    above = (np.cbrt(best.gain / max(typical, 1e-300)) - 1) * (1 - variance) / math.sqrt(variance)
+    return len(sums) * 0.5 * math.erfc(above / math.sqrt(2))
