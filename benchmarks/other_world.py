@@ -135,6 +135,7 @@ def _one(part: str, question: Question, tally: Tally) -> None:
         tally.number += 1
         return
     seconds = time.perf_counter() - begin
+    question = _with_cogging(question, found)
     wrong = _wrong(part, question, found)
     right = is_found(question, found) if part in ("one", "several", "nothing") else not wrong
     tally.right, tally.number = tally.right + right, tally.number + 1
@@ -149,6 +150,15 @@ def _one(part: str, question: Question, tally: Tally) -> None:
     print(_row(question, found, right, seconds), flush=True)
     if not right:
         print(f"<!-- {question} -->", flush=True)
+
+
+def _with_cogging(question: Question, found: Diagnosis) -> Question:
+    """`question`, among whose kinds is the small cogging of a dirty log where that is found, with its cycles."""
+    cycles = [one.parameters["cycles_per_rev"] for one in found.effects if one.name == "cogging" and one.is_named]
+    if question.dirt is None or "cogging" in question.asked.kinds or question.plant.detent_cycles not in cycles:
+        return question
+    asked = dataclasses.replace(question.asked, kinds=(*question.asked.kinds, "cogging"))
+    return dataclasses.replace(question, asked=asked)
 
 
 def _spared(part: str, question: Question) -> set[str]:
