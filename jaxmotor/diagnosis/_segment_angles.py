@@ -3,7 +3,7 @@
 Within a segment the angle is the integral of the speeds. There a law A sin(n θ + φ) changes the residual by a c + b s,
 where c and s are what it changes at phases 0 and π/2; least squares in each segment give a and b, and so the angle
 between segments, but for an n-th of a turn. The law, and n, are those of which halves of segments predict most of each
-other.
+other; it must take up a tenth of what is left, as other effects must.
 """
 
 import dataclasses
@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor.diagnosis._score_test import EffectColumns, effect_columns, without_own
-from jaxmotor.diagnosis._solve import Fitted
+from jaxmotor.diagnosis._search import LEAST
+from jaxmotor.diagnosis._solve import Fitted, square_of
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.motor.effects import AbstractEffect, parameters
@@ -43,7 +44,8 @@ def with_angles(study: Study, found: Fitted) -> Recording | None:
     left = without_own(found, found.residual)
     sums = [_sums_of(one, found, left, 2 * segment + half) for one in columns]
     best = max(sums, key=lambda one: one.predicted)
-    if not best.predicted > PREDICTED * best.gain or _by_chance(best, sums) > CHANCE:
+    matters = best.gain > LEAST * square_of(left)
+    if not (matters and best.predicted > PREDICTED * best.gain and _by_chance(best, sums) < CHANCE):
         return None
     used = np.unique(segment)
     angles = np.zeros(len(recording.segments))
