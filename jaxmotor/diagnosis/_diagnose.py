@@ -45,9 +45,7 @@ EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
 )
-BEGINS = (
-    "a log of speeds does not hold the angle at which each segment begins: it was fitted to what is locked to the angle"
-)
+BEGINS = "the log does not hold the angle at which each segment begins: it was fitted to what is locked to the angle"
 
 
 @in_float64

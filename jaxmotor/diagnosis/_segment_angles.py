@@ -1,9 +1,9 @@
-"""Where the shaft stood as each segment of a log of speeds began, by what is locked to its angle.
+"""Where the shaft stood as each segment began, by what is locked to its angle, where a log does not hold it.
 
-Within a segment the angle is the integral of the speeds. There a law A sin(n θ + φ) changes the residual by a c + b s,
-where c and s are what it changes at phases 0 and π/2; least squares in each segment give a and b, and so the angle
-between segments, but for an n-th of a turn. The law, and n, are those of which halves of segments predict most of each
-other; it must take up a tenth of what is left, as other effects must.
+Within a segment the angle is the integral of the speeds, or that of a counter which began anew. There a law
+A sin(n θ + φ) changes the residual by a c + b s, where c and s are what it changes at phases 0 and π/2; least squares
+in each segment give a and b, and so the angle between segments, but for an n-th of a turn. The law, and n, are those of
+which halves of segments predict most of each other; it must take up a tenth of what is left, as other effects must.
 """
 
 import dataclasses
@@ -24,32 +24,35 @@ from jaxmotor.recording import Recording
 PREDICTED = 0.5
 """Part of what a law takes up in halves of segments that the other halves must predict: of noise it is less than 0."""
 CHANCE = 1e-6
-"""Probability that one of so many waves takes up so much by chance; the others tell how much that is."""
+"""Probability that one of so many waves takes up so much by chance; what the others do beside it tells how much that
+is."""
 
 
 def with_angles(study: Study, found: Fitted) -> Recording | None:
-    """The recording of `study` with the angle at which each segment begins; None where it is no log of speeds in
-    several segments, or where what `found` leaves does not tell."""
+    """The recording of `study` with the angle at which each segment begins; None where the log holds the
+    angle, or where what `found` leaves does not tell."""
     recording = study.recording
     begun = _begun(recording, np.zeros(len(recording.segments)))
-    if recording.measured != "speed" or shaft_angles(recording) is not None or shaft_angles(begun) is None:
+    if shaft_angles(recording) is not None or shaft_angles(begun) is None:
         return None
-    waves = [effect for effect in study.solver.request.asked() if _is_wave(effect)]
+    laws = [effect for effect in study.solver.request.asked() if _is_wave(effect)]
     noise = study.packed.observation.noise
     there = study_of(begun, study.pole_rad_s, study.timed, study.solver.request, noise)
-    columns = effect_columns(there.solver, found, rig_of(begun, there.trial), waves)
-    if not columns:
+    waves = _waves(found, effect_columns(there.solver, found, rig_of(begun, there.trial), laws))
+    if not waves:
         return None
     segment, half = _halves(there)
     left = without_own(found, found.residual)
-    sums = [_sums_of(one, found, left, 2 * segment + half) for one in columns]
-    best = max(sums, key=lambda one: one.predicted)
-    matters = best.gain > LEAST * square_of(left)
-    if not (matters and best.predicted > PREDICTED * best.gain and _by_chance(best, sums) < CHANCE):
+    best, sums = max(((one, _sums_of(one, left, segment, half)) for one in waves), key=lambda its: its[1].predicted)
+    if not (sums.gain > LEAST * square_of(left) and sums.predicted > PREDICTED * sums.gain):
+        return None
+    others = [one for one in waves if one.name == best.name and one.cycles != best.cycles]
+    typical = np.median([_sums_of(one, left - sums.taken, segment, half).gain for one in others])
+    if len(waves) * _by_chance(sums.gain / typical, sums.number) > CHANCE:
         return None
     used = np.unique(segment)
     angles = np.zeros(len(recording.segments))
-    angles[used] = np.mod(best.phases[used] - best.phases[used[0]], 2 * np.pi) / best.cycles
+    angles[used] = np.mod(sums.phases[used] - sums.phases[used[0]], 2 * np.pi) / best.cycles
     return _begun(recording, angles)
 
 
@@ -71,26 +74,41 @@ def _halves(study: Study) -> tuple[np.ndarray, np.ndarray]:
     return segment, (row > np.array([middle[index] for index in segment.tolist()])).astype(int)
 
 
-class _Sums(NamedTuple):
-    """What one wave does in all segments."""
+class _Wave(NamedTuple):
+    """What a law of so many cycles per turn changes."""
 
     name: str
     cycles: float
+    columns: np.ndarray
+    """(n, 2) at phases 0 and π/2, beside what the found motor's own parameters change."""
+
+
+def _waves(found: Fitted, columns: tuple[EffectColumns, ...]) -> list[_Wave]:
+    if not columns:
+        return []
+    rows = without_own(found, np.stack([one.columns for one in columns], axis=1))
+    cycles = [float(one.starts[0].cycles_per_rev) for one in columns]  # pyright: ignore[reportAttributeAccessIssue]
+    return [_Wave(one.name, number, rows[:, k]) for k, (one, number) in enumerate(zip(columns, cycles, strict=True))]
+
+
+class _Sums(NamedTuple):
+    """What a wave takes up of all segments."""
+
     gain: float
     """By how much it lowers the sum of squares, with a size and a phase in each segment."""
     predicted: float
     """The same with those of the other half of each segment."""
+    taken: np.ndarray
+    """(n,) of the residual."""
     phases: np.ndarray
     """(segments,) [rad]."""
     number: int
     """Of segments that show it."""
 
 
-def _sums_of(one: EffectColumns, found: Fitted, left: np.ndarray, group: np.ndarray) -> _Sums:
-    """Of what `found` leaves, `left` (n,), whose rows belong to `group` (n,): twice the segment, and one in its second
-    half."""
-    columns = without_own(found, one.columns)
-    size = int(group.max()) // 2 * 2 + 2
+def _sums_of(wave: _Wave, left: np.ndarray, segment: np.ndarray, half: np.ndarray) -> _Sums:
+    """Of `left` (n,), whose rows belong to `segment` (n,) and to its first `half` (n,), 0, or the second, 1."""
+    columns, group, size = wave.columns, 2 * segment + half, 2 * int(segment.max()) + 2
 
     def summed(values: np.ndarray) -> np.ndarray:
         return np.bincount(group, values, size)
@@ -102,10 +120,9 @@ def _sums_of(one: EffectColumns, found: Fitted, left: np.ndarray, group: np.ndar
     other = _solved(normal, right).reshape(-1, 2, 2)[:, ::-1].reshape(-1, 2)
     predicted = 2 * (right * other).sum() - np.einsum("gp,gpq,gq->", other, normal, other)
     return _Sums(
-        one.name,
-        float(one.starts[0].cycles_per_rev),  # pyright: ignore[reportAttributeAccessIssue]
         float((both * sizes).sum()),
         float(predicted),
+        -(columns * sizes[segment]).sum(axis=1),
         np.arctan2(sizes[:, 1], sizes[:, 0]),
         int((np.trace(whole, axis1=1, axis2=2) > 0).sum()),
     )
@@ -116,11 +133,10 @@ def _solved(normal: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.linalg.solve(normal + least * np.eye(2), right[..., None])[..., 0]
 
 
-def _by_chance(best: _Sums, sums: list[_Sums]) -> float:
-    """How likely the largest gain of so many waves is as large as that of `best`, if all gains were multiples of χ² of
-    2 `best.number` degrees of freedom, whose cube root is nearly normal [Wilson and Hilferty 1931]."""
-    others = [one.gain for one in sums if one.name == best.name and one.cycles != best.cycles]
-    typical = float(np.median(others)) if others else np.inf
-    variance = 2 / (9 * 2 * max(best.number, 1))
-    above = (np.cbrt(best.gain / max(typical, 1e-300)) - 1) * (1 - variance) / math.sqrt(variance)
-    return len(sums) * 0.5 * math.erfc(above / math.sqrt(2))
+def _by_chance(times: float, number: int) -> float:
+    """How likely a gain is as large as so many `times` the typical one of other waves, if all were multiples of χ² of
+    two degrees of freedom in each of a `number` of segments, whose cube root is nearly normal [Wilson and Hilferty
+    1931]."""
+    variance = 2 / (9 * 2 * max(number, 1))
+    above = (math.cbrt(times) - 1) * (1 - variance) / math.sqrt(variance)
+    return 0.5 * math.erfc(above / math.sqrt(2))

@@ -6,7 +6,7 @@ from jaxtyping import Int
 from jaxmotor._precision import to_jax
 from jaxmotor.motor.effects import MeasuredLog
 from jaxmotor.prediction._packing import Packed
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording, Segment, angle_of
 
 
 def supply_of(recording: Recording) -> float:
@@ -17,17 +17,15 @@ def supply_of(recording: Recording) -> float:
 
 def shaft_angles(recording: Recording) -> list[np.ndarray] | None:
     """(n,) measured angle of each segment [rad], all from one zero; None where that is not known."""
-    segments = recording.segments
-    if recording.measured == "speed":
-        angles = [_integrated(segment, recording.speed_window_s or 0.0) for segment in segments]
-        begins = [0.0] if len(segments) == 1 else [segment.begins_rad for segment in segments]
-        known = [at + angle for at, angle in zip(begins, angles, strict=True) if at is not None and angle is not None]
-        return known if len(known) == len(segments) else None
-    if recording.count_resets and len(segments) > 1:
-        return None
-    if recording.measured == "angle":
-        return [np.asarray(segment.angle_rad) for segment in segments]
-    return [np.asarray(segment.count) * recording.count_rad for segment in segments]
+    segments, is_speed = recording.segments, recording.measured == "speed"
+    alone = len(segments) == 1
+    if not (is_speed or (recording.count_resets and not alone)):
+        return [segment.shaft * (recording.count_rad if segment.count is not None else 1.0) for segment in segments]
+    begins = [0.0] if alone else [segment.begins_rad for segment in segments]
+    window_s = recording.speed_window_s or 0.0
+    turned = [_integrated(one, window_s) if is_speed else angle_of(recording, one) for one in segments]
+    known = [at + angle for at, angle in zip(begins, turned, strict=True) if at is not None and angle is not None]
+    return known if len(known) == len(segments) else None
 
 
 def _integrated(segment: Segment, window_s: float) -> np.ndarray | None:

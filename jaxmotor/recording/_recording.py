@@ -55,7 +55,7 @@ class Segment:
     extra: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
     """Columns that the format does not know, as text; written back as they came."""
     begins_rad: float | None = None
-    """Angle of the shaft at the first row [rad], where a diagnosis has found it out of speeds; no file holds it."""
+    """Angle of the shaft at the first row [rad], where a diagnosis has found it; no file holds it."""
 
     def __len__(self) -> int:
         return len(self.time_s)
