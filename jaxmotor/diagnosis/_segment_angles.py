@@ -47,6 +47,8 @@ def with_angles(study: Study, found: Fitted) -> Recording | None:
     if not (sums.gain > LEAST * square_of(left) and sums.predicted > PREDICTED * sums.gain):
         return None
     others = [one for one in waves if one.name == best.name and one.cycles != best.cycles]
+    if not others:
+        return None
     typical = np.median([_sums_of(one, left - sums.taken, segment, half).gain for one in others])
     if len(waves) * _by_chance(sums.gain / typical, sums.number) > CHANCE:
         return None
@@ -84,6 +86,8 @@ class _Wave(NamedTuple):
 
 
 def _waves(found: Fitted, columns: tuple[EffectColumns, ...]) -> list[_Wave]:
+    # A law of somebody else's may be told at one phase only.
+    columns = tuple(one for one in columns if one.columns.shape[1] == 2)
     if not columns:
         return []
     rows = without_own(found, np.stack([one.columns for one in columns], axis=1))

@@ -8,8 +8,10 @@ import pytest
 from jaxmotor import diagnose
 from jaxmotor.diagnosis._diagnose import BEGINS
 from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._segment_angles import with_angles
 from jaxmotor.diagnosis._study import study_of
+from jaxmotor.motor.effects import AbstractEffect, Cogging, Rig
 from jaxmotor.prediction import shaft_angles
 from jaxmotor.recording import Recording, Segment
 
@@ -107,6 +109,25 @@ def test_segments_whose_angles_are_not_known_are_put_together(measured):
 def test_noise_puts_no_segments_together(seed):
     study = study_of(cut(speed_log(10 + seed)[0], 3 + seed), POLE)
     assert with_angles(study, study.solver.fit(linear_of(GAIN, POLE))) is None
+
+
+class OneWave(Cogging):
+    """A user's own: one number of cycles, from one start."""
+
+    name = "one_wave"
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return Cogging.starts(rig)[2 * CYCLES - 2 : 2 * CYCLES - 1]
+
+
+@pytest.mark.usefixtures("x64")
+def test_a_wave_that_nothing_can_be_compared_with_puts_no_segments_together():
+    made, _ = speed_log(3, cogging_V=COGGING_V)
+    study = study_of(cut(made, 4), POLE, request=Request([OneWave]))
+    assert with_angles(study, study.solver.fit(linear_of(GAIN, POLE))) is None
+    everything = study_of(cut(made, 4), POLE)
+    assert with_angles(everything, everything.solver.fit(linear_of(GAIN, POLE))) is not None
 
 
 @pytest.mark.parametrize(
