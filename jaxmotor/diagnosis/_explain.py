@@ -72,38 +72,56 @@ def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Ex
     return Explanation(fit, study, search, found, before, after)
 
 
-def _searched(recording: Recording, fit: Fit, request: Request, seed: int, rounds: int = 0) -> _Searched:
+def _searched(
+    recording: Recording, fit: Fit, request: Request, seed: int, rounds: int = 0, earlier: "_Searched | None" = None
+) -> _Searched:
     """`recording`, which states how its speeds were made, if that is known: by its header or, from the first of
-    `rounds` on, by what was found with fewer effects."""
+    `rounds` on, by what was found with fewer effects, or `earlier` with another window."""
     first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
     study, linear = timed(recording, fit, first, request) or _untimed(recording, first, request)
     before = _left(study, linear, seed)
     request.tell(1)
     search = Search(study.solver, first, linear, rig_of(recording, study.trial))
-    found = Found(linear, linear, (), {}, {})
+    now = _Searched(fit, study, search, Found(linear, linear, (), {}, {}), before)
     average = _window(search, study, lambda: linear, HALF)
     average = average or _window(search, study, lambda: search.best_without(LAG), HALF)
     if average is None:
-        found = extended(
-            search,
-            lambda fitted: _left(study, fitted, seed).looks,
-            lambda fitted: is_explained(study, fitted, linear),
-        )
-        average = _window(search, study, lambda: found.fitted)
+        now = now._replace(found=_resumed(now, earlier) or _extended(now, seed))
+        average = _window(search, study, lambda: now.found.fitted)
     known = fit.average is not None and fit.average.kind == "window" and not study.timed
-    if average is None and fit.average is not None and known and (rounds or found.named):
+    if average is None and fit.average is not None and known and (rounds or now.found.named):
         # Beside a linear motor that is not enough the window is hardly known, and what it lacks looks like a lag.
-        better, moved = beside_all(recording, study, found.fitted, fit.average, early=rounds < EARLY_ROUNDS)
+        better, moved = beside_all(recording, study, now.found.fitted, fit.average, early=rounds < EARLY_ROUNDS)
         average = better if moved and rounds < ROUNDS else None
         fit = dataclasses.replace(fit, average=better)
-    angled = None if average is not None else with_angles(study, found.fitted)
+    angled = None if average is not None else with_angles(study, now.found.fitted)
     if angled is not None:
         return _searched(angled, fit, request, seed, rounds)
     if average is not None:
         # Lags of the readings are not the motor's: what was found with them is found anew.
         fit = dataclasses.replace(fit, average=average)
-        return _searched(stated(recording, average), fit, request, seed, rounds + 1)
-    return _Searched(fit, study, search, found, before)
+        return _searched(stated(recording, average), fit, request, seed, rounds + 1, now)
+    return now._replace(fit=fit)
+
+
+def _extended(now: _Searched, seed: int) -> Found:
+    """What a search finds."""
+    return extended(
+        now.search,
+        lambda fitted: _left(now.study, fitted, seed).looks,
+        lambda fitted: is_explained(now.study, fitted, now.search.linear),
+    )
+
+
+def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
+    """The best of what was tried `earlier`, with another window, where it now leaves no more than the best did then;
+    None where the readings over this window ask for something else."""
+    if earlier is None or not earlier.found.named:
+        return None
+    old, found = earlier.found.fitted, now.search.resumed(earlier.search)
+    tried = found.named and frozenset(found.fitted.names) in earlier.search.visited.fitted
+    explained = is_explained(now.study, found.fitted, now.search.linear)
+    return found if tried and (explained or found.fitted.chi2 <= old.chi2) else None
 
 
 def _in_own_noise(known: _Searched) -> _Searched:

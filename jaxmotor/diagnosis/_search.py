@@ -42,6 +42,8 @@ NEAR = 0.2
 GROWS, HOPELESS = 0.3, 0.02
 """Part of the best model's weight that the best of a size must have for larger ones to be sought, and that each must
 have to be extended."""
+SEEN = 1e-3
+"""Part of the best model's weight that one must have had to be fitted anew in a recording that has changed a little."""
 EQUAL = 0.1
 """Part of a model's weight from which another one is not told from it."""
 LEAST, SHARE = 0.1, 0.5
@@ -108,6 +110,19 @@ class Search:
         last = self._refined(fitted) if named else self.linear
         share = self.explained.share_left(last, self.linear.chi2)
         return Found(self.linear, last, named, self.visited.probabilities(), self.visited.families(), share)
+
+    def resumed(self, before: "Search") -> Found:
+        """Where the likely models of `before`, of the same recording with its speeds over another window, lead when
+        they are fitted anew and contested."""
+        weight = before.visited.weights()
+        likely = [before.visited.fitted[names] for names, own in weight.items() if own > SEEN * max(weight.values())]
+        pieces = len(self.linear.speeds)
+
+        def fit(known: Fitted) -> Fitted:
+            return self.solver.fit(known.motor, known.speeds if len(known.speeds) == pieces else None, COARSE)
+
+        self.visited.keep(side_by_side(fit, likely))
+        return self.settled(self.visited.best())
 
     def best_without(self, family: str) -> Fitted:
         """The best motor of one effect that is not of this family, or of none."""

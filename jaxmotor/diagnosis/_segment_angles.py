@@ -21,8 +21,9 @@ from jaxmotor.motor.effects import AbstractEffect, parameters
 from jaxmotor.prediction import shaft_angles
 from jaxmotor.recording import Recording
 
-PREDICTED = 0.5
-"""Part of what a law takes up in halves of segments that the other halves must predict: of noise it is less than 0."""
+PREDICTED = 0.25
+"""Part of what a law takes up in halves of segments that the other halves must predict: of noise it is less than 0, and
+where the integral of the speeds drifts within a segment less than 1."""
 CHANCE = 1e-6
 """Probability that one of so many waves takes up so much by chance; what the others do beside it tells how much that
 is."""

@@ -25,6 +25,7 @@ from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._score_test import late
 from jaxmotor.diagnosis._solve import DAMPING, Fitted, square_of
 from jaxmotor.diagnosis._study import Study, study_of
+from jaxmotor.diagnosis._visited import FAR
 from jaxmotor.estimate import UNSURE, SpeedAverage, with_window
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import OF_LOG, ElectricalPole, SensorLag, TransportDelay, free_size
@@ -82,7 +83,8 @@ def window_beside(
     tried, bare = [], without_lags(found.motor)
     motor = delayed = with_effect(bare, TransportDelay.of(delay_s=period_s))
     for length, its in used.items():
-        tried.append(fit(length, motor, its))
+        least = min((one.fitted.chi2 for one in tried), default=math.inf)
+        tried.append(fit(length, motor, its, FAR * least))
         # From one window to the next little changes.
         motor = tried[-1].fitted.motor if tried[-1].fitted.settled else motor
     best = _settled(recording, fit, _closer(fit, tried, cells), cells)
@@ -125,12 +127,18 @@ def _beside(recording: Recording, study: Study, found: Fitted, window_s: float, 
 
 
 def _fitted(
-    over: Callable[[float], Study], speeds: np.ndarray, window_s: float, motor: Motor, its: Study | None = None
+    over: Callable[[float], Study],
+    speeds: np.ndarray,
+    window_s: float,
+    motor: Motor,
+    its: Study | None = None,
+    bar: float = math.inf,
 ) -> Windowed:
-    """`motor`, fitted to speeds over that window; pieces begin at about `speeds` [rad/s], where it leaves them all."""
+    """`motor`, fitted to speeds over that window, or given up where chi2 will not come below `bar`; pieces begin at
+    about `speeds` [rad/s], where it leaves them all."""
     its = its or over(window_s)
     starts = speeds if len(speeds) == len(its.solver.starts) else None
-    return Windowed(window_s, its, its.solver.fit(motor, starts, COARSE))
+    return Windowed(window_s, its, its.solver.fit(motor, starts, COARSE, bar=bar))
 
 
 def without_lags(motor: Motor) -> Motor:
