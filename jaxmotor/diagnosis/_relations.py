@@ -41,6 +41,12 @@ class Relations:
         """The effects that are alike, with the effect itself; none where it is alone."""
         return next((group for group in self.alike if name in group), ())
 
+    def sharing(self, name: str) -> Group:
+        """The effects that may do a part of what an effect does: those that are alike, or are like its special cases.
+        Laws that are sought last share with none."""
+        special = () if self.known[name].sought_last else self.simpler(name)
+        return tuple(dict.fromkeys((*self.kin(name), *(near for simple in special for near in self.kin(simple)))))
+
     def families(self) -> dict[str, Group]:
         """The effects of each family (`AbstractEffect.family`)."""
         of = {name: effect.family for name, effect in self.known.items() if effect.family}

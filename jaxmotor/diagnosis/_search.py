@@ -158,11 +158,11 @@ class Search:
         """`fitted` with effects that are alike in each other's place, or `beside` each other with half the size."""
         motors = []
         for effect in fitted.motor.effects:
-            kin = self.relations.kin(effect.name)
-            size = max((abs(float(getattr(effect, name))) for name in parameters(effect)), default=0.0)
+            kin = self.relations.sharing(effect.name) if beside else self.relations.kin(effect.name)
+            size = abs(float(getattr(effect, next(iter(parameters(effect)), ""), 0.0)))
             size = 0.5 * size if beside else size
             bare = without_effect(fitted.motor, effect.name)
-            rest = with_effect(bare, _sized(type(effect), size)) if beside and kin else bare
+            rest = with_effect(bare, effect.scaled(0.5)) if beside and kin else bare
             names = self.solver.request.effects.difference(fitted.names, self.relations.barred(rest.effects))
             others = [self.relations.known[name] for name in kin if name in names]
             motors += [with_effect(rest, _sized(other, size)) for other in others]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hidden import draw
 from real_data import measured
 from scipy.signal import lfilter
 
@@ -109,6 +110,14 @@ def test_friction_and_offset_of_a_measured_stage_are_those_published():
     # 20.39 N and 3.16 N of a drive of 35.15 N/V.
     assert friction.parameters["volts_V"] == pytest.approx(20.39 / 35.15, rel=0.05)
     assert abs(offset.parameters["volts_V"]) == pytest.approx(3.16 / 35.15, rel=0.05)
+
+
+@pytest.mark.usefixtures("plant_library")
+def test_a_dead_zone_beside_stiction_is_found():
+    """Alone stiction takes up what the dead zone does, so that scores beside it do not ask for one."""
+    found = diagnose(draw(("dead_zone", "stiction"), 3).recording)
+    assert {one.name for one in found.effects} == {"dead_zone", "stiction"}
+    assert found.verdict == "extended"
 
 
 def test_a_rig_without_counts_loses_none():

@@ -299,6 +299,15 @@ def test_own_relations_join_those_of_built_in_effects():
     assert relations.always[-1] == "own" and relations.price("own") == relations.price("supply_sag")
 
 
+def test_effects_share_with_those_like_their_special_cases():
+    relations = Relations(jm.EFFECTS)
+    kin = ("coulomb_friction", "dead_zone", "voltage_offset", "load_torque")
+    assert relations.sharing("stiction") == relations.sharing("dead_zone") == kin
+    assert relations.sharing("quadratic_drag") == ()
+    # Sought last, where a fit beside each would take long.
+    assert relations.sharing("warming_friction") == ()
+
+
 def test_no_motor_has_two_loads():
     class Flywheel(AbstractMotionEffect, AbstractLoadEffect):
         name: ClassVar[str] = "flywheel"
