@@ -43,8 +43,8 @@ class Relations:
 
     def sharing(self, name: str) -> Group:
         """The effects that may do a part of what an effect does: those that are alike, or are like its special cases.
-        Laws that are sought last share with none."""
-        special = () if self.known[name].sought_last else self.simpler(name)
+        Laws that are sought last, and what is the log's, share with none."""
+        special = self.simpler(name) if name in self.known and not self.known[name].sought_last else ()
         return tuple(dict.fromkeys((*self.kin(name), *(near for simple in special for near in self.kin(simple)))))
 
     def families(self) -> dict[str, Group]:

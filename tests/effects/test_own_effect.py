@@ -306,6 +306,8 @@ def test_effects_share_with_those_like_their_special_cases():
     assert relations.sharing("quadratic_drag") == ()
     # Sought last, where a fit beside each would take long.
     assert relations.sharing("warming_friction") == ()
+    # The log's, which is no effect that is sought.
+    assert relations.sharing("log_filter") == relations.sharing("timing_offset") == ()
 
 
 def test_no_motor_has_two_loads():
