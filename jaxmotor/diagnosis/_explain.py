@@ -1,10 +1,7 @@
 """What explains a recording: its linear motor, the window of its speeds, the effects that a search finds, its noise."""
 
 import dataclasses
-from collections.abc import Callable
 from typing import NamedTuple
-
-import numpy as np
 
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, Explained, Found
@@ -20,7 +17,15 @@ from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed
 from jaxmotor.diagnosis._trial import rig_of
-from jaxmotor.diagnosis._window import LAG, beside_all, window_beside
+from jaxmotor.diagnosis._window import (
+    average_of,
+    beside_window,
+    is_stated,
+    is_window,
+    window_beside,
+    window_s,
+    with_window,
+)
 from jaxmotor.estimate import Fit, SpeedAverage, stated
 from jaxmotor.motor import Motor
 from jaxmotor.recording import Recording
@@ -28,11 +33,10 @@ from jaxmotor.recording import Recording
 OUTSIDE = 0.6
 """Share of the missing volts that depends on time alone where something acts on the motor from outside."""
 HALF = 0.5
-"""Share of the mean square of a linear motor, or of one effect, up to which a window of speeds is taken for the log's
-before the other effects are known: it is found anew with them."""
-EARLY_ROUNDS, ROUNDS = 2, 3
-"""Times that a window of speeds is found, each time with the effects that were found with the last one: the first ones
-also without those of them that are lags."""
+"""Share of what a linear motor leaves that it may leave with a window of speeds which is the log's, where no effect is
+found."""
+ROUNDS = 3
+"""Times that a window of speeds is found anew with the effects that were found with the last one."""
 
 
 class Left(NamedTuple):
@@ -62,10 +66,15 @@ class _Searched(NamedTuple):
     found: Found
     before: Left
 
+    @property
+    def square(self) -> float:
+        """Mean square of what the motor that was found leaves [SI]."""
+        return self.found.fitted.chi2 * self.study.packed.observation.unit**2
+
 
 def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Explanation:
     """`recording`, whose linear motor `identify` has found as `fit`."""
-    fit, study, search, found, before = _in_own_noise(_searched(stated(recording, fit.average), fit, request, seed))
+    fit, study, search, found, before = _in_own_noise(_searched(recording, fit, request, seed))
     after = _left(study, found.fitted, seed) if found.named else before
     if found.named and _from_outside(study, found, (*before.looks, *after.looks)):
         found, after = Found(found.linear, found.linear, (), {}, {}), before
@@ -73,35 +82,63 @@ def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Ex
 
 
 def _searched(
-    recording: Recording, fit: Fit, request: Request, seed: int, rounds: int = 0, earlier: "_Searched | None" = None
+    recording: Recording, fit: Fit, request: Request, seed: int, rounds: int = 0, earlier: _Searched | None = None
 ) -> _Searched:
-    """`recording`, which states how its speeds were made, if that is known: by its header or, from the first of
-    `rounds` on, by what was found with fewer effects, or `earlier` with another window."""
+    """`recording` with the window of its speeds that `fit` has, where the header does not state one; in the first of
+    `rounds` it is fitted with the effects, where the linear motor is not enough. What `earlier` found is tried first.
+    """
     first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
-    study, linear = timed(recording, fit, first, request) or _untimed(recording, first, request)
+    study, linear = _linear(recording, fit, first, request)
+    sought = not (is_stated(recording) or study.timed or (fit.average and fit.average.kind == "filter"))
+    if sought and earlier is None and linear.chi2 > EXPLAINED:
+        earlier = _with_window(recording, fit, first, linear, request, seed)
+        fit = dataclasses.replace(fit, average=_average(earlier, fit, linear) or fit.average)
+        study, linear = _linear(recording, fit, first, request)
+    now = _begun(fit, study, linear, first, request, seed)
+    now = now._replace(found=_resumed(now, earlier) or _extended(now, seed))
+    if sought and now.found.named and fit.average is not None:
+        better, moved = window_beside(recording, now.found.fitted, fit.average, request)
+        fit = dataclasses.replace(fit, average=better)
+        if moved and rounds < ROUNDS:
+            return _searched(recording, fit, request, seed, rounds + 1, now)
+    angled = with_angles(study, now.found.fitted)
+    return now._replace(fit=fit) if angled is None else _searched(angled, fit, request, seed)
+
+
+def _linear(recording: Recording, fit: Fit, first: Motor, request: Request) -> tuple[Study, Fitted]:
+    """`recording`, which states how its speeds were made if `fit` has found that, and its linear motor."""
+    stating = stated(recording, fit.average)
+    found = timed(stating, fit, first, request)
+    if found is None:
+        study = study_of(stating, float(first.linear.pole), request=request)
+        found = study, study.solver.fit(first, tolerance=FINE)
+    return found
+
+
+def _begun(fit: Fit, study: Study, linear: Fitted, first: Motor, request: Request, seed: int) -> _Searched:
+    """Before the search, which begins at the `linear` motor, or at the `first` one."""
     before = _left(study, linear, seed)
     request.tell(1)
-    search = Search(study.solver, first, linear, rig_of(recording, study.trial))
-    now = _Searched(fit, study, search, Found(linear, linear, (), {}, {}), before)
-    average = _window(search, study, lambda: linear, HALF)
-    average = average or _window(search, study, lambda: search.best_without(LAG), HALF)
-    if average is None:
-        now = now._replace(found=_resumed(now, earlier) or _extended(now, seed))
-        average = _window(search, study, lambda: now.found.fitted)
-    known = fit.average is not None and fit.average.kind == "window" and not study.timed
-    if average is None and fit.average is not None and known and (rounds or now.found.named):
-        # Beside a linear motor that is not enough the window is hardly known, and what it lacks looks like a lag.
-        better, moved = beside_all(recording, study, now.found.fitted, fit.average, early=rounds < EARLY_ROUNDS)
-        average = better if moved and rounds < ROUNDS else None
-        fit = dataclasses.replace(fit, average=better)
-    angled = None if average is not None else with_angles(study, now.found.fitted)
-    if angled is not None:
-        return _searched(angled, fit, request, seed, rounds)
-    if average is not None:
-        # Lags of the readings are not the motor's: what was found with them is found anew.
-        fit = dataclasses.replace(fit, average=average)
-        return _searched(stated(recording, average), fit, request, seed, rounds + 1, now)
-    return now._replace(fit=fit)
+    search = Search(study.solver, first, linear, rig_of(study.recording, study.trial))
+    return _Searched(fit, study, search, Found(linear, linear, (), {}, {}), before)
+
+
+def _with_window(
+    recording: Recording, fit: Fit, first: Motor, linear: Fitted, request: Request, seed: int
+) -> _Searched:
+    """What a search finds where each motor has a window of the speeds, too."""
+    study, averaged = beside_window(recording, linear, fit.average, request)
+    first = with_window(first, window_s(averaged))
+    now = _begun(fit, study, averaged, first, request, seed)
+    return now._replace(found=_extended(now, seed))
+
+
+def _average(searched: _Searched, fit: Fit, linear: Fitted) -> SpeedAverage | None:
+    """The window of the speeds, if it is one; of a linear motor, if `fit` has none and it takes up half of what the
+    `linear` one leaves."""
+    fitted = searched.found.fitted
+    takes_up = searched.found.named or (fit.average is None and fitted.chi2 < HALF * linear.chi2)
+    return average_of(searched.study, fitted) if takes_up and is_window(searched.study, fitted) else None
 
 
 def _extended(now: _Searched, seed: int) -> Found:
@@ -116,12 +153,13 @@ def _extended(now: _Searched, seed: int) -> Found:
 def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
     """The best of what was tried `earlier`, with another window, where it now leaves no more than the best did then;
     None where the readings over this window ask for something else."""
-    if earlier is None or not earlier.found.named:
+    if earlier is None:
         return None
-    old, found = earlier.found.fitted, now.search.resumed(earlier.search)
-    tried = found.named and frozenset(found.fitted.names) in earlier.search.visited.fitted
+    found = now.search.resumed(earlier.search)
+    names = frozenset(found.fitted.names) | earlier.search.own
+    tried = names in earlier.search.visited.fitted
     explained = is_explained(now.study, found.fitted, now.search.linear)
-    return found if tried and (explained or found.fitted.chi2 <= old.chi2) else None
+    return found if tried and (explained or now._replace(found=found).square <= earlier.square) else None
 
 
 def _in_own_noise(known: _Searched) -> _Searched:
@@ -141,23 +179,6 @@ def _in_own_noise(known: _Searched) -> _Searched:
         ),
         found=dataclasses.replace(found, linear=linear, fitted=fitted),
     )
-
-
-def _window(search: Search, study: Study, motor: Callable[[], Fitted], share: float = np.inf) -> SpeedAverage | None:
-    """Of the speeds of a recording, where neither it nor the linear motor tells, as the `motor` shows it; None where
-    it leaves more than this `share` of what the motor leaves without one."""
-    recording = study.recording
-    if recording.measured != "speed" or recording.speed_window_s is not None or search.linear.chi2 <= EXPLAINED:
-        return None
-    found = motor()
-    others = tuple(search.visited.fitted.values())
-    return window_beside(recording, study, found, others, max(EXPLAINED, share * found.chi2))
-
-
-def _untimed(recording: Recording, first: Motor, request: Request) -> tuple[Study, Fitted]:
-    """`recording`, read as its voltages change, and the linear motor that fits it."""
-    study = study_of(recording, float(first.linear.pole), request=request)
-    return study, study.solver.fit(first, tolerance=FINE)
 
 
 def _left(study: Study, fitted: Fitted, seed: int) -> Left:

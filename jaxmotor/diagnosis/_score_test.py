@@ -15,7 +15,7 @@ from jaxmotor.diagnosis._free import motor_at, with_each, with_effect, without_e
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import AbstractEffect, Rig, parameters
+from jaxmotor.motor.effects import AbstractEffect, Rig, SpeedWindow, parameters
 from jaxmotor.motor.effects._base import AbstractDelayEffect
 
 
@@ -57,7 +57,8 @@ def effect_columns(
     """Of those of `effects` that the recording could show, at the gain and pole of `base`.
 
     Where `base` has effects already, they are taken as if they did not change what a further one does, but for a delay:
-    that comes as much later. So no program is needed that the first effects have not needed.
+    that comes as much later; and for the window of speeds. So no program is needed that the first effects have not
+    needed.
     """
     motor, at = _bare(base.motor), None
     residual = base.residual if motor is base.motor else solver.residual_of(motor, base.speeds)[1]
@@ -81,10 +82,16 @@ def late(motor: Motor) -> float:
     return sum((float(one.delay()) for one in motor.effects if isinstance(one, AbstractDelayEffect)), 0.0)
 
 
+def seen_late(motor: Motor) -> float:
+    """The same of the readings: a mean over a window is half of that late."""
+    windows = [float(one.length_s) for one in motor.effects if isinstance(one, SpeedWindow)]
+    return late(motor) + sum(windows, 0.0) / 2
+
+
 def _bare(motor: Motor) -> Motor:
-    """`motor` without its effects."""
+    """`motor` without its effects, but with the window over which its speeds are means."""
     for effect in motor.effects:
-        motor = without_effect(motor, effect.name)
+        motor = motor if isinstance(effect, SpeedWindow) else without_effect(motor, effect.name)
     return motor
 
 

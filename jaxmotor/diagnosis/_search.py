@@ -18,7 +18,7 @@ from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
 from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._relations import Relations
-from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, late
+from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, seen_late
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._visited import FAR, Names, Visited
 from jaxmotor.motor import Motor
@@ -56,6 +56,12 @@ LIKELY = 0.4
 HINT = 0.5
 """Part of `NOTHING` that a score must promise where the noise is known and not much else is left."""
 CONTESTS = 3
+LEADERS = 2
+"""Of the candidates, those that are fitted before the others."""
+RIVALS = 4
+"""In each effect's place, those that are fitted anew in a recording that has changed a little."""
+AGAIN = 6
+"""Steps of such a fit, which begins near its end."""
 
 
 class Search:
@@ -113,22 +119,34 @@ class Search:
 
     def resumed(self, before: "Search") -> Found:
         """Where the likely models of `before`, of the same recording with its speeds over another window, lead when
-        they are fitted anew and contested."""
-        weight = before.visited.weights()
-        likely = [before.visited.fitted[names] for names, own in weight.items() if own > SEEN * max(weight.values())]
+        they are fitted anew and contested by what was not tried before.
+
+        So are the best in the place of each effect of the best of them, and curves that were tried beside that.
+        """
+        self.tried |= {names - before.own for names in before.tried}
+        self.shared |= {names - before.own for names in before.shared}
         pieces = len(self.linear.speeds)
 
         def fit(known: Fitted) -> Fitted:
-            return self.solver.fit(known.motor, known.speeds if len(known.speeds) == pieces else None, COARSE)
+            motor = known.motor
+            for name in before.own - self.own:
+                motor = without_effect(motor, name)
+            speeds = known.speeds if len(known.speeds) == pieces else None
+            return self.solver.fit(motor, speeds, COARSE, AGAIN)
 
-        self.visited.keep(side_by_side(fit, likely))
+        self.visited.keep(side_by_side(fit, before.worth_keeping()))
         return self.settled(self.visited.best())
 
-    def best_without(self, family: str) -> Fitted:
-        """The best motor of one effect that is not of this family, or of none."""
-        self._extend([self.linear], FIRST)
-        own = {name for name, effect in self.relations.known.items() if effect.family == family}
-        return min((one for one in self.visited.fitted.values() if not own & {*one.names}), key=lambda one: one.chi2)
+    def worth_keeping(self) -> list[Fitted]:
+        """The likely models; beside the best one those with another effect in a place, or with a curve more."""
+        weight, known = self.visited.weights(), self.visited.fitted
+        best = frozenset(self.visited.best().names)
+        kept = [names for names, own in weight.items() if own > SEEN * max(weight.values())]
+        kept += [names for names in known if names > best and len(names) == len(best) + 1 and _is_learned(known[names])]
+        for name in best - self.own:
+            others = [names for names in known if len(names) == len(best) and best - {name} < names]
+            kept += [best - {name}, *sorted(others, key=lambda names: known[names].chi2)[: RIVALS + 1]]
+        return [known[names] for names in dict.fromkeys(kept) if names in known]
 
     def _simpler(self, names: Names) -> list[Names]:
         """Models with a law that one of `names` contains, in its place: with more parameters that may take up what
@@ -220,15 +238,21 @@ class Search:
         return chosen + [name for name in also if name in order and name not in chosen]
 
     def _fitted(self, tasks: dict[Names, tuple[Fitted, list[Candidate]]], bar: float) -> list[Fitted]:
-        """The best fit of each of `tasks`. Laws of two inertias take long: where another effect leaves but the known
-        noise, they are fitted only if their scores come near to the best one's, and left early."""
+        """The best fit of each of `tasks`, those that promise most first: others are fitted roughly where these explain
+        far more. Laws of two inertias take long: where another effect leaves but the known noise, they are fitted only
+        if their scores come near to the best one's, and left early."""
+        least = min(one.chi2 for one in self.visited.fitted.values())
 
         def fit(chosen: list[Names], bar: float = bar) -> list[Fitted]:
+            far = FAR * min([least, *(one.chi2 for one in found)])
             bars = {names: min(bar, self._bar(tasks[names][0])) for names in chosen}
-            return side_by_side(lambda names: self._best_of(*tasks[names], bars[names]), chosen)
+            return side_by_side(lambda names: self._best_of(*tasks[names], bars[names], far), chosen)
 
+        found: list[Fitted] = []
         two = [names for names, (_, starts) in tasks.items() if isinstance(starts[0].effect, AbstractLoadEffect)]
-        found = fit([names for names in tasks if names not in two])
+        order = sorted((names for names in tasks if names not in two), key=lambda names: tasks[names][1][0].chi2)
+        for part in (order[:LEADERS], order[LEADERS:]):
+            found += fit(part)
         if not (self.solver.noise_known and any(one.chi2 < NEARLY for one in found)):
             return found + fit(two)
         gain = {names: base.chi2 - starts[0].chi2 for names, (base, starts) in tasks.items()}
@@ -243,10 +267,10 @@ class Search:
         noise = min(base.chi2, 1.0) if self.solver.noise_known else 0.0
         return base.chi2 - share * (base.chi2 - noise)
 
-    def _best_of(self, base: Fitted, starts: list[Candidate], bar: float = math.inf) -> Fitted:
+    def _best_of(self, base: Fitted, starts: list[Candidate], bar: float = math.inf, far: float = math.inf) -> Fitted:
         """`base` with the effect, fitted from its best starts of different shape; given up where chi2 will hardly come
-        below `bar`."""
-        fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE, bar=bar)
+        below `bar`, roughly where it is above `far`."""
+        fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE, bar=bar, far=far)
         first = starts[0]
         others = [start for start in starts[1:] if shape_of(start) != shape_of(first)][:1]
         found = [fit(start.motor) for start in (first, *others)]
@@ -329,7 +353,7 @@ class Search:
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         """The candidates' columns at about the gain and pole of `base`."""
         for near, known in self.scores:
-            later = abs(late(near.motor) - late(base.motor))
+            later = abs(seen_late(near.motor) - seen_late(base.motor))
             if np.abs(near.free[:2] - base.free[:2]).max() < NEAR and later < 0.5 * self.rig.period_s:
                 return known
         found = effect_columns(self.solver, base, self.rig, self.solver.request.asked())

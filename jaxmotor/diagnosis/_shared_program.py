@@ -12,11 +12,12 @@ import numpy as np
 
 from jaxmotor.diagnosis._free import is_wide
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import BUILT_IN, OF_LOG, AbstractEffect
+from jaxmotor.motor.effects import BUILT_IN, OF_LOG, AbstractEffect, SpeedWindow
 
 
-def as_shared(motors: Motor) -> Motor:
-    """`motors`, whose leaves are (k,), with all effects up to the highest `program_level` of its own, in one order.
+def as_shared(motors: Motor, window_s: float | None = None) -> Motor:
+    """`motors`, whose leaves are (k,), with all effects up to the highest `program_level` of its own, in one order; and
+    where speeds are means over `window_s`, with that as if it were sought.
 
     Without effects but the log's it stays as it is: a linear motor needs no steps. So does one with a contact, whose
     steps are many.
@@ -26,7 +27,9 @@ def as_shared(motors: Motor) -> Motor:
     if not levels or is_wide(motors.effects):
         return motors
     level = max((level for level in levels if level is not None), default=0)
-    every = _neutral(level, len(np.asarray(motors.linear.gain))) | own
+    number = len(np.asarray(motors.linear.gain))
+    window = [] if window_s is None else [SpeedWindow.of(length_s=window_s)]
+    every = _neutral(level, number) | {one.name: _repeated(one, number) for one in window} | own
     return eqx.tree_at(lambda motor: motor.effects, motors, tuple(every[name] for name in sorted(every)))
 
 
@@ -34,4 +37,8 @@ def as_shared(motors: Motor) -> Motor:
 def _neutral(level: int, number: int) -> dict[str, AbstractEffect]:
     """The effects that programs of this level have; leaves are (`number`,), in numpy."""
     shared = [one for one in BUILT_IN.values() if one.program_level is not None and one.program_level <= level]
-    return {one.name: jax.tree.map(lambda leaf: np.full(number, float(leaf)), one.neutral()) for one in shared}
+    return {one.name: _repeated(one.neutral(), number) for one in shared}
+
+
+def _repeated(effect: AbstractEffect, number: int) -> AbstractEffect:
+    return jax.tree.map(lambda leaf: np.full(number, float(leaf)), effect)

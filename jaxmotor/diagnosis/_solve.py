@@ -24,6 +24,7 @@ from jaxmotor.diagnosis._residuals import residuals_program
 from jaxmotor.diagnosis._shared_program import as_shared
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
+from jaxmotor.motor.effects import Rig
 from jaxmotor.prediction import SPEED_STEP, first_speeds, without_initial_speeds
 
 STEPS = 25
@@ -33,6 +34,10 @@ SURE, HOPE = 2, 3.0
 """Steps after which a fit may be given up, and how many times what a step promises it may still hope for."""
 CRAWLED = 3
 """Steps in a row that bring next to nothing of what they promise, after which a fit is left where it is."""
+ASTRAY = 4
+"""Steps in a row to motors that cannot be, after which it is, too."""
+ROUGH = 0.01
+"""Part of chi2 that a step must promise where others explain far more."""
 SHORT = 200_000
 """Steps in all rows of a log up to which motors share programs: in longer ones the neutral effects take, over the some
 fifty times that a motor is simulated in its fit, as long as it takes to compile a program without them."""
@@ -89,9 +94,15 @@ class Solver:
     """
 
     def __init__(
-        self, trial: Trial, rows: np.ndarray | None = None, noise_known: bool = True, request: Request | None = None
+        self,
+        trial: Trial,
+        rows: np.ndarray | None = None,
+        noise_known: bool = True,
+        request: Request | None = None,
+        rig: Rig | None = None,
     ):
-        self.trial, self.noise_known, self.request = trial, noise_known, request or Request()
+        """With a `rig` fits end where they lead to effects that it cannot have."""
+        self.trial, self.noise_known, self.request, self.rig = trial, noise_known, request or Request(), rig
         self.given = to_jax(trial)
         """The same as arrays of JAX: programs would copy numpy's each time."""
         self.cells = np.flatnonzero(trial.valid if rows is None else trial.valid & rows)
@@ -106,6 +117,8 @@ class Solver:
         self.free_pieces = bool(np.any(lanes.free))
         self.scale = 1 / math.sqrt(trial.variance)
         self.is_short = int(trial.used) * int(trial.steps) * len(trial.valid) <= SHORT
+        self.window_s = float(trial.problem.window) if trial.problem.kind == "window" else None
+        """Over which speeds are means, where they are [s]; one that is sought is the motor's."""
         self.starts = first_speeds(trial)
         """Where the initial speeds of free pieces are sought from (k,) [rad/s]."""
 
@@ -133,7 +146,7 @@ class Solver:
             return np.take(each.reshape(len(each), -1), self.places, axis=1) * self.scale
 
     def _shared(self, motors: Motor) -> Motor:
-        return as_shared(motors) if self.is_short else motors
+        return as_shared(motors, self.window_s) if self.is_short else motors
 
     def _program(self, leaves: list[np.ndarray], tree: Any) -> dict[str, Any]:
         """Of motors and initial speeds whose `leaves` have at most `WIDTH` rows, the last of which is repeated."""
@@ -169,11 +182,13 @@ class Solver:
         tolerance: float = 1e-4,
         steps: int = STEPS,
         bar: float = math.inf,
+        far: float = math.inf,
     ) -> Fitted:
-        """From `motor` until a step promises less than `tolerance` of chi2 (of 1, where that is less), or `steps`.
+        """From `motor` until a step promises less than `tolerance` of chi2 (of 1, where that is less), or `steps`; less
+        than `ROUGH` of it while it is above `far`.
 
-        Given up before where it will hardly come below a chi2 of `bar`, and where its steps keep little of what they
-        promise.
+        Given up before where it will hardly come below a chi2 of `bar`, where its steps keep little of what they
+        promise, and where they lead astray.
         """
         self.request.trying(tuple(effect.name for effect in motor.effects))
         free = free_of(motor)
@@ -181,12 +196,14 @@ class Solver:
         if is_wide(motor.effects):
             tolerance, steps = max(tolerance, WIDE_TOLERANCE), min(steps, WIDE_STEPS)
         at = self._at(motor, free, speeds)
-        settled, crawled = False, 0
+        settled, crawled, astray = False, 0, 0
         for number in range(steps):
             # What is left, and with it the weight of priors, changes as a fit goes on.
             layout = layout_of(motor.effects, block_variance(at.projected, at.jacobian, self.block))
             step = self._step(at, layout)
-            least = tolerance * max(square_of(at.residual), len(at.residual))
+            square = square_of(at.residual)
+            part = max(tolerance, ROUGH) if square > far * len(at.residual) else tolerance
+            least = part * max(square, len(at.residual))
             if step is None or step.promise < least:
                 settled = step is not None
                 break
@@ -201,7 +218,8 @@ class Solver:
                 settled = True
                 break
             crawled = crawled + 1 if gain < min(0.1 * step.promise, 0.01 * before) else 0
-            if crawled == CRAWLED:
+            astray = 0 if self._is_possible(motor, at.free) else astray + 1
+            if crawled == CRAWLED or astray == ASTRAY:
                 break
         return Fitted(
             motor,
@@ -212,6 +230,9 @@ class Solver:
             settled,
             block_variance(at.projected, at.jacobian, self.block),
         )
+
+    def _is_possible(self, motor: Motor, free: np.ndarray) -> bool:
+        return self.rig is None or all(effect.possible(self.rig) for effect in motor_at(motor, free).effects)
 
     def _at(self, motor: Motor, free: np.ndarray, speeds: np.ndarray, *, shortened: bool = False) -> "_At":
         residual, jacobian, column = self.linearise(motor, free, speeds)

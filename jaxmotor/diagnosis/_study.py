@@ -7,7 +7,7 @@ import numpy as np
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._split import Part
-from jaxmotor.diagnosis._trial import Trial, trial_of
+from jaxmotor.diagnosis._trial import Trial, rig_of, trial_of
 from jaxmotor.prediction import PADDED, Noise, Packed, lowered, pack, without_beginnings
 from jaxmotor.recording import Recording
 
@@ -53,7 +53,8 @@ def study_of(
     packed = pack(recording, moving, shape, timed, noise=noise)
     packed = without_beginnings(recording, packed)
     trial = trial_of(recording, packed, pole)
-    solver = Solver(trial, noise_known=packed.observation.floor_known, request=request)
+    rig = rig_of(recording, trial)
+    solver = Solver(trial, noise_known=packed.observation.floor_known, request=request, rig=rig)
     return Study(recording, packed, trial, solver, timed, pole)
 
 

@@ -39,8 +39,8 @@ def start_program(problem: Problem, log_poles: Float[Array, " k"]) -> Arrays:
 @program
 def trajectory_program(problem: Problem, psi: Float[Array, " p"], seed: UInt32[Array, ""]) -> Arrays:
     """`solve` from `psi`, and `uncertainty` at its end."""
-    solution = solve(problem, psi)
-    errors = uncertainty(problem, solution, jax.random.key(seed))
+    solution, at = solve(problem, psi)
+    errors = uncertainty(problem, solution, at, jax.random.key(seed))
     return solution._asdict() | errors._asdict()
 
 

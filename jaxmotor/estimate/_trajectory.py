@@ -15,12 +15,27 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.estimate._whitening import whiten
-from jaxmotor.prediction import Problem, predict, start_columns
+from jaxmotor.prediction import Problem, predict
 
 MAX_STEPS = 40
 PROCESS_RANGE = (-8.0, 4.0)
 """Decades of q that are searched, in units of the floor."""
 PROCESS_POINTS = 9
+
+
+class Linearised(NamedTuple):
+    """The prediction at ψ and initial speeds, and its derivatives."""
+
+    prediction: Float[Array, "lane row"]
+    """Of all rows, also those in which nothing was measured [units]."""
+    jacobian: Float[Array, "lane row p"]
+    """With respect to ψ [units]; zero where nothing was measured."""
+    starts: Float[Array, "lane row s"]
+    """What one rad/s of initial speed adds to the piece it belongs to [units]; no column where all begin at rest."""
+
+    def residual(self, problem: Problem) -> Float[Array, "lane row"]:
+        """Observed minus predicted [units], zero where nothing was measured."""
+        return jnp.where(jnp.asarray(problem.lanes.valid), jnp.asarray(problem.lanes.observed) - self.prediction, 0.0)
 
 
 class Solution(NamedTuple):
@@ -101,74 +116,77 @@ def evaluate(problem: Problem, psi: Float[Array, " p"]) -> Solution:
     """No step, only the residual at `psi` with the initial speeds at their best (least squares on differences)."""
     q = jnp.asarray(PROCESS_RANGE[1], psi.dtype)
     none = jnp.zeros(problem.pieces + 1, psi.dtype)
-    residual, jacobian = linearise(psi, none, problem)
-    _, speeds, _ = whitened(residual[..., None], start_columns(psi, problem), 10**q, problem)
-    residual, jacobian = linearise(psi, speeds[:, 0], problem)
-    return Solution(psi, speeds[:, 0], q, residual, jacobian, jnp.asarray(0), jnp.zeros_like(q))
+    at_rest = linearise(psi, none, problem)
+    _, speeds, _ = whitened(at_rest.residual(problem)[..., None], at_rest.starts, 10**q, problem)
+    at = linearise(psi, speeds[:, 0], problem)
+    return Solution(psi, speeds[:, 0], q, at.residual(problem), at.jacobian, jnp.asarray(0), jnp.zeros_like(q))
 
 
 class _State(NamedTuple):
-    solution: Solution
+    psi: Float[Array, " p"]
+    initial_speed: Float[Array, " pieces_and_one"]
+    log10_q: Float[Array, ""]
     width: Float[Array, ""]
+    steps: Int[Array, ""]
+    moved: Float[Array, ""]
+    at: Linearised
+    """From which the last step was taken."""
 
 
-def solve(problem: Problem, psi: Float[Array, " p"]) -> Solution:
-    """Least squares from `psi`: at most `MAX_STEPS` steps or until one is under a thousandth standard error."""
+def solve(problem: Problem, psi: Float[Array, " p"]) -> tuple[Solution, Linearised]:
+    """Least squares from `psi`: at most `MAX_STEPS` steps or until one is under a thousandth standard error; and the
+    prediction from which the last step was taken."""
     dtype = psi.dtype
     low, high = PROCESS_RANGE
     shape = problem.lanes.volts.shape
+    nothing = [jnp.zeros((*shape, *columns), dtype) for columns in ((), psi.shape, (int(problem.free),))]
     state = _State(
-        Solution(
-            psi,
-            jnp.zeros(problem.pieces + 1, dtype),
-            jnp.asarray((low + high) / 2, dtype),
-            jnp.zeros(shape, dtype),
-            jnp.zeros((*shape, len(psi)), dtype),
-            jnp.asarray(0),
-            jnp.asarray(jnp.inf, dtype),
-        ),
+        psi,
+        jnp.zeros(problem.pieces + 1, dtype),
+        jnp.asarray((low + high) / 2, dtype),
         jnp.asarray((high - low) / 2, dtype),
+        jnp.asarray(0),
+        jnp.asarray(jnp.inf, dtype),
+        Linearised(*nothing),
     )
 
     def unfinished(state: _State) -> Bool[Array, ""]:
-        return (state.solution.steps < MAX_STEPS) & ~(state.solution.moved < 1e-3)
+        return (state.steps < MAX_STEPS) & ~(state.moved < 1e-3)
 
-    return jax.lax.while_loop(unfinished, lambda state: _step(state, problem), state).solution
+    last = jax.lax.while_loop(unfinished, lambda state: _step(state, problem), state)
+    residual, jacobian = last.at.residual(problem), last.at.jacobian
+    return Solution(last.psi, last.initial_speed, last.log10_q, residual, jacobian, last.steps, last.moved), last.at
 
 
-def _step(state: _State, problem: Problem) -> _State:
+def _step(before: _State, problem: Problem) -> _State:
     """Linearise, choose q, move."""
-    before = state.solution
-    residual, jacobian = linearise(before.psi, before.initial_speed, problem)
-    columns = jnp.concatenate([residual[..., None], jacobian], axis=-1)
-    starts = start_columns(before.psi, problem)
-    log10_q, width = _process_term(before.log10_q, state.width, columns, starts, problem)
-    white, speeds, _ = whitened(columns, starts, 10**log10_q, problem)
+    at = linearise(before.psi, before.initial_speed, problem)
+    columns = jnp.concatenate([at.residual(problem)[..., None], at.jacobian], axis=-1)
+    log10_q, width = _process_term(before.log10_q, before.width, columns, at.starts, problem)
+    white, speeds, _ = whitened(columns, at.starts, 10**log10_q, problem)
     _, delta, normal = least_squares(white)
     step = _clipped(delta, normal)
     initial_speed = before.initial_speed + speeds[:, 0] - speeds[:, 1:] @ step
     moved = jnp.sqrt((jnp.einsum("lrp,p->lr", white[..., 1:], delta) ** 2).sum())
     # The process term's bracket must have closed, too, before a small step means the end.
     moved = jnp.where(width < 0.05, moved, jnp.inf)
-    after = Solution(before.psi + step, initial_speed, log10_q, residual, jacobian, before.steps + 1, moved)
-    return _State(after, width)
+    return _State(before.psi + step, initial_speed, log10_q, width, before.steps + 1, moved, at)
 
 
-def linearise(
-    psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem
-) -> tuple[Float[Array, "lane row"], Float[Array, "lane row p"]]:
-    """Residual [units] and Jacobian of the prediction, both zero where nothing was measured."""
-    valid = jnp.asarray(problem.lanes.valid)
+def linearise(psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem) -> Linearised:
+    """The prediction at `psi`, in one simulation with its derivatives: a second one would take as long to compile."""
+    size = len(psi)
 
-    def twice(psi):
-        prediction = predict(psi, initial_speed, problem)
+    def twice(values):
+        prediction = predict(values[:size], initial_speed + values[size:].sum(), problem)
         return prediction, prediction
 
-    jacobian, prediction = jax.jacfwd(twice, has_aux=True)(psi)
-    residual = jnp.where(valid, jnp.asarray(problem.lanes.observed) - prediction, 0.0)
+    none = jnp.zeros(int(problem.free), psi.dtype)
+    columns, prediction = jax.jacfwd(twice, has_aux=True)(jnp.concatenate([psi, none]))
+    jacobian, starts = columns[..., :size], columns[..., size:]
     if problem.held is not None:
         jacobian = jnp.where(problem.held[None, None, :], 0.0, jacobian)
-    return residual, jnp.where(valid[..., None], jacobian, 0.0)
+    return Linearised(prediction, jnp.where(jnp.asarray(problem.lanes.valid)[..., None], jacobian, 0.0), starts)
 
 
 def _process_term(centre, width, columns, starts, problem: Problem) -> tuple[Float[Array, ""], Float[Array, ""]]:

@@ -13,15 +13,16 @@ residual):
               linear model lacks, are let into the fit (one linear step), if the data ask for them.
 """
 
+import functools
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Key
 
-from jaxmotor.estimate._trajectory import Solution, solve_normal, whitened
+from jaxmotor.estimate._trajectory import Linearised, Solution, solve_normal, whitened
 from jaxmotor.motor import SecondOrder
-from jaxmotor.prediction import LAG_S, Problem, motor_of, observe, predict, reading_of, start_columns
+from jaxmotor.prediction import LAG_S, Problem, motor_of, observe, reading_of
 
 REDRAWS = 150
 """Random encoder offsets drawn for `requantised`."""
@@ -65,13 +66,12 @@ class Uncertainty(NamedTuple):
     """By how much ψ moves for one unit of it."""
 
 
-def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Uncertainty:
-    """All four, from the linearisation at `solution`; nothing is fitted again."""
+def uncertainty(problem: Problem, solution: Solution, at: Linearised, key: Key[Array, ""]) -> Uncertainty:
+    """All four, from the linearisation `at` the end of `solution`; nothing is fitted again."""
     size = solution.psi.shape[0]
-    extra = _hidden(solution, problem)
+    extra = _hidden(solution, at, problem)
     columns = jnp.concatenate([solution.residual[..., None], solution.jacobian, extra], axis=-1)
-    starts = start_columns(solution.psi, problem)
-    white, _, _ = whitened(columns, starts, 10**solution.log10_q, problem)
+    white, _, _ = whitened(columns, at.starts, 10**solution.log10_q, problem)
     error, jacobian, hidden = jnp.split(white, (1, 1 + size), axis=-1)
     error = error[..., 0]
     extra = hidden[..., :2]
@@ -89,9 +89,7 @@ def uncertainty(problem: Problem, solution: Solution, key: Key[Array, ""]) -> Un
     amount, evidence = _amount(extra, error, own)
     evidence = evidence / variance
     if problem.floor_known:
-        requantised, by_rounding = _requantised(
-            jacobian, extra, starts, inverse, held, own, solution, problem, chi2, key
-        )
+        requantised, by_rounding = _requantised(jacobian, extra, inverse, held, own, solution, at, problem, chi2, key)
         repeats = jnp.maximum(by_rounding / extra.shape[-1], 1.0)
         evidence, hidden_error = evidence / repeats, hidden_error * jnp.sqrt(repeats)
     return Uncertainty(
@@ -118,16 +116,30 @@ def _pole_share(solution: Solution, problem: Problem) -> Float[Array, ""]:
     return jnp.sqrt((rest**2).sum() / (observed**2).sum())
 
 
-def _hidden(solution: Solution, problem: Problem) -> Float[Array, "lane row h"]:
-    """What one unit of each of `HIDDEN` adds to the prediction [units]."""
-    motor, reading = motor_of(solution.psi, problem), reading_of(solution.psi, problem)
-    lanes = problem.lanes
-    reset, volts = jnp.asarray(lanes.reset), jnp.asarray(lanes.volts)
-    at_rest = jnp.zeros_like(volts)
-    turning = predict(solution.psi, solution.initial_speed, problem)
-    each = jnp.stack(drives(volts, reset, turning))
-    found = jax.vmap(lambda drive: observe(motor, problem, drive, at_rest, reading), out_axes=-1)(each)
-    found = jnp.concatenate([found, _by_lag(solution, problem)[..., None]], axis=-1)
+def _hidden(solution: Solution, at: Linearised, problem: Problem) -> Float[Array, "lane row h"]:
+    """What one unit of each of `HIDDEN` adds to the prediction [units]: its derivative along a voltage, or L/R."""
+    gain, lanes = solution.psi[0], problem.lanes
+    motor, reading = motor_of(solution.psi.at[0].set(1.0), problem), reading_of(solution.psi, problem)
+    volts, reset = jnp.asarray(lanes.volts), jnp.asarray(lanes.reset)
+    start = jnp.asarray(lanes.free) * solution.initial_speed[lanes.piece]
+
+    def seen(volts: Float[Array, "lane row"], lag: Float[Array, ""]) -> Float[Array, "lane row"]:
+        return observe(SecondOrder(motor.gain, motor.pole, lag), problem, volts, start, reading)
+
+    def along(lag: Float[Array, ""], drive: Float[Array, "lane row"], lagging: Float[Array, ""]) -> Array:
+        return jax.jvp(seen, (gain * volts + solution.psi[1], lag), (gain * drive, lagging))[1]
+
+    each = jnp.stack(drives(volts, reset, at.prediction))
+    if isinstance(motor, SecondOrder):
+        # One simulation, compiled once, tells of all.
+        lagging = jnp.zeros(len(HIDDEN), gain.dtype).at[-1].set(1.0)
+        each = jnp.concatenate([each, jnp.zeros_like(each[:1])])
+        found = jax.vmap(functools.partial(along, motor.electrical_time_constant), out_axes=-1)(each, lagging)
+    else:
+        rest = jnp.zeros_like(start)
+        found = jax.vmap(lambda drive: observe(motor, problem, gain * drive, rest, reading), out_axes=-1)(each)
+        lagging = along(jnp.full_like(gain, LAG_S[0]), jnp.zeros_like(volts), jnp.ones_like(gain))
+        found = jnp.concatenate([found, lagging[..., None]], axis=-1)
     return jnp.where(jnp.asarray(lanes.valid)[..., None], found, 0.0)
 
 
@@ -155,20 +167,6 @@ def _open(error, jacobian, hidden, normal) -> tuple[dict[str, Array], Float[Arra
     return {"hidden": amount, "hidden_shift": -held}, 1 / jnp.sqrt(own)
 
 
-def _by_lag(solution: Solution, problem: Problem) -> Float[Array, "lane row"]:
-    """What a second of electrical time constant adds to the prediction [units]."""
-    volts = solution.psi[0] * jnp.asarray(problem.lanes.volts) + solution.psi[1]
-    unit = motor_of(solution.psi.at[0].set(1.0), problem)
-    start = jnp.asarray(problem.lanes.free) * solution.initial_speed[problem.lanes.piece]
-    lag = unit.electrical_time_constant if isinstance(unit, SecondOrder) else jnp.full_like(unit.pole, LAG_S[0])
-
-    def at(lag: Float[Array, ""]) -> Float[Array, "lane row"]:
-        motor = SecondOrder(unit.gain, unit.pole, lag)
-        return observe(motor, problem, volts, start, reading_of(solution.psi, problem))
-
-    return jax.jvp(at, (lag,), (jnp.ones_like(lag),))[1]
-
-
 def _clustered(error, jacobian, normal, inverse, problem: Problem):
     """Jackknife covariance, degrees of freedom, number of clusters."""
     cluster = jnp.asarray(problem.lanes.cluster).reshape(-1)
@@ -190,16 +188,15 @@ def _clustered(error, jacobian, normal, inverse, problem: Problem):
     return (number - 1) / number * away.T @ away, freedom, number
 
 
-def _requantised(jacobian, extra, starts, inverse, held, own, solution: Solution, problem: Problem, chi2, key):
+def _requantised(jacobian, extra, inverse, held, own, solution: Solution, at: Linearised, problem: Problem, chi2, key):
     """Covariance of F⁻¹ Eᵀ e over rounding errors e of the fitted motion drawn with random encoder offsets, and the
     mean evidence for `extra` that such errors give."""
     size = jacobian.shape[-1]
-    prediction = predict(solution.psi, solution.initial_speed, problem)
-    position = jnp.cumsum(prediction, axis=1) - prediction
-    after, piece = position + prediction, jnp.asarray(problem.lanes.piece)
+    position = jnp.cumsum(at.prediction, axis=1) - at.prediction
+    after, piece = position + at.prediction, jnp.asarray(problem.lanes.piece)
 
     def whitened_errors(errors):
-        return whitened(errors[..., None], starts, 10**solution.log10_q, problem)[0][..., 0]
+        return whitened(errors[..., None], at.starts, 10**solution.log10_q, problem)[0][..., 0]
 
     # Whitening is linear: its transpose, taken once for each column, saves whitening every draw.
     _, transpose = jax.vjp(whitened_errors, position)

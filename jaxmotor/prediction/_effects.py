@@ -1,12 +1,13 @@
 """What a log would hold of a motor with effects."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from jaxmotor.motor import Motor, Rows, Run, simulate_motor, warmth
+from jaxmotor.motor.effects import SpeedWindow
 from jaxmotor.prediction._log import Log
 from jaxmotor.prediction._problem import Problem
 
@@ -19,7 +20,11 @@ def predicted_readings(motor: Motor, speeds: Float[Array, "*batch k"], log: Log)
     run, problem = _simulated(motor, speeds, log), log.problem
     if problem.kind == "turn":
         return run.seen_turn / problem.unit
-    return (run.seen_speed if problem.kind == "speed" else _mean_speed(run, problem)) / problem.unit
+    window = _stated(problem, run) if problem.kind == "window" else None
+    for effect in motor.effects:
+        if isinstance(effect, SpeedWindow):
+            window = _sought(problem, speeds, effect.length_s)
+    return (run.seen_speed if window is None else _mean_speed(run, problem, window)) / problem.unit
 
 
 def residuals(motors: Motor, speeds: Float[Array, "batch k"], log: Log) -> Float[Array, "row batch lane"]:
@@ -58,15 +63,51 @@ def _by_row(values: Any, each: int = 1) -> Array:
     return values[:, None] if each and values.ndim else values
 
 
-def _mean_speed(run: Run, problem: Problem) -> Float[Array, "row *batch lane"]:
-    """Mean over the window before each row; within the row in which it begins the speed is a parabola."""
+class _Window(NamedTuple):
+    """The time over which each row's speed is a mean (row, ..., lane)."""
+
+    first: Int[Array, "row *batch lane"]
+    """The row in which it begins."""
+    part: Float[Array, "row *batch lane"]
+    """Time from that row to its beginning [s]."""
+    before: Float[Array, "row *batch lane"] | float
+    """Turned in it before the piece began, at the speed at which that begins [rad]."""
+    length: Float[Array, "..."]
+    """[s]"""
+
+
+def _stated(problem: Problem, run: Run) -> _Window:
+    """That which the log states."""
     lanes, each = problem.lanes, run.seen_turn.ndim - 2
+    back, part = (_by_row(values, each) for values in (lanes.back, lanes.part))
+    number = jnp.arange(len(back), dtype=jnp.int32).reshape(-1, *(1,) * (back.ndim - 1))
+    return _Window(number - back.astype(jnp.int32), part, 0.0, problem.window)
+
+
+def _sought(problem: Problem, speeds: Float[Array, "*batch k"], length: Float[Array, "*batch"]) -> _Window:
+    """Windows of any `length` [s], one for each motor."""
+    lanes, each = problem.lanes, speeds.ndim - 1
+    shape, length = (lanes.volts.shape[1], *speeds.shape[:-1], len(lanes.volts)), jnp.expand_dims(length, (0, -1))
+    duration = jnp.broadcast_to(_by_row(lanes.duration, each), (shape[0], *(1,) * each, shape[-1]))
+    time = jnp.cumsum(duration, axis=0) - duration
+    reset = _by_row(lanes.reset, each)
+    began = jax.lax.cummax(jnp.where(reset, time, 0.0), axis=0)
+    begin = jnp.maximum(time - length, began)
+    flat = jnp.broadcast_to(time, shape).reshape(shape[0], -1), begin.reshape(shape[0], -1)
+    first = jax.vmap(lambda time, begin: jnp.searchsorted(time, begin, side="right"), 1, 1)(*flat) - 1
+    first = first.reshape(shape).astype(jnp.int32)
+    part = jnp.maximum(begin - jnp.take_along_axis(time, first, axis=0), 0.0)
+    speed = jnp.moveaxis(speeds[..., jnp.asarray(lanes.piece).T], -2, 0)
+    return _Window(first, part, speed * jnp.maximum(length - (time - began), 0.0), length)
+
+
+def _mean_speed(run: Run, problem: Problem, window: _Window) -> Float[Array, "row *batch lane"]:
+    """Mean over the window before each row; within the row in which it begins the speed is a parabola."""
+    each = run.seen_turn.ndim - 2
     angle = jnp.cumsum(run.seen_turn, axis=0) - run.seen_turn
-    back, part, duration = (_by_row(values, each) for values in (lanes.back, lanes.part, lanes.duration))
-    first = jnp.arange(len(angle), dtype=jnp.int32).reshape(-1, *(1,) * (angle.ndim - 1)) - back.astype(jnp.int32)
-    every = (angle, run.seen_speed, jnp.roll(run.seen_speed, -1, axis=0), run.seen_turn)
-    lengths = jnp.broadcast_to(duration, back.shape)
-    before, begin, end, turn, length = (jnp.take_along_axis(values, first, axis=0) for values in (*every, lengths))
-    share, rise, mean = part / length, (end - begin) * length, turn - begin * length
-    inside = part * begin + share**2 * (3 * mean - rise + share * (rise - 2 * mean))
-    return (angle - before - inside) / problem.window
+    lengths = jnp.broadcast_to(_by_row(problem.lanes.duration, each), (len(angle), *(1,) * each, angle.shape[-1]))
+    every = (angle, run.seen_speed, jnp.roll(run.seen_speed, -1, axis=0), run.seen_turn, lengths)
+    before, begin, end, turn, length = (jnp.take_along_axis(values, window.first, axis=0) for values in every)
+    share, rise, mean = window.part / length, (end - begin) * length, turn - begin * length
+    inside = window.part * begin + share**2 * (3 * mean - rise + share * (rise - 2 * mean))
+    return (angle - before - inside + window.before) / window.length

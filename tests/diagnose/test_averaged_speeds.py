@@ -10,8 +10,9 @@ from test_search import FRICTION_V, GAIN, PERIOD_S, POLE, noisy_log
 from jaxmotor import diagnose
 from jaxmotor.diagnosis import extended_model, to_json
 from jaxmotor.diagnosis._free import linear_of, with_effect
+from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._study import study_of
-from jaxmotor.diagnosis._window import beside_all
+from jaxmotor.diagnosis._window import window_beside
 from jaxmotor.estimate import SpeedAverage, stated
 from jaxmotor.motor.effects import TransportDelay
 from jaxmotor.recording import Segment
@@ -56,16 +57,18 @@ def test_beside_friction_the_average_is_the_logs_and_no_lag_of_the_motor():
 
 
 @pytest.mark.usefixtures("x64")
-def test_a_window_that_was_found_early_is_found_again_without_the_delay_that_makes_up_for_it():
+def test_a_window_is_found_again_beside_the_delay_that_makes_up_for_what_it_lacked():
     log = averaged(noisy_log(4, 0.0), 5)
     short = SpeedAverage("window", 4.2 * PERIOD_S, 0.01 * PERIOD_S, 2.1 * PERIOD_S, 0.0, True, 0.0, 0.0)
-    stating = stated(log, short)
-    study = study_of(stating, POLE)
+    study = study_of(stated(log, short), POLE)
     late = with_effect(linear_of(GAIN, POLE), TransportDelay.of(delay_s=0.3 * PERIOD_S))
     found = study.solver.fit(late)
     assert float(found.motor.effects[0].delay_s) == pytest.approx(0.4 * PERIOD_S, rel=0.3)
-    again, moved = beside_all(stating, study, found, short, early=True)
-    assert moved and abs(again.length_s - 5 * PERIOD_S) < 3 * again.standard_error_s < 0.03 * 5 * PERIOD_S
+    again, moved = window_beside(log, found, short, Request())
+    assert moved and abs(again.length_s - 5 * PERIOD_S) < 3 * again.standard_error_s < 0.1 * 5 * PERIOD_S
+    study = study_of(stated(log, again), POLE)
+    alone, _ = window_beside(log, study.solver.fit(linear_of(GAIN, POLE)), again, Request())
+    assert abs(alone.length_s - 5 * PERIOD_S) < 3 * alone.standard_error_s < 0.03 * 5 * PERIOD_S
 
 
 def test_windows_longer_than_segments_are_not_tried():

@@ -51,6 +51,7 @@ from jaxmotor.motor.effects._learned import LearnedCoordinate as LearnedCoordina
 from jaxmotor.motor.effects._learned import penalty as penalty
 from jaxmotor.motor.effects._log import OF_LOG as OF_LOG
 from jaxmotor.motor.effects._log import LogFilter as LogFilter
+from jaxmotor.motor.effects._log import SpeedWindow as SpeedWindow
 from jaxmotor.motor.effects._log import TimingOffset as TimingOffset
 from jaxmotor.motor.effects._motion import Backlash as Backlash
 from jaxmotor.motor.effects._motion import Cogging as Cogging

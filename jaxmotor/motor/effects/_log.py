@@ -44,4 +44,23 @@ class LogFilter(SensorLag):
         return AbstractEffect.possible(self, rig)
 
 
-OF_LOG = (TimingOffset, LogFilter)
+class SpeedWindow(AbstractSensorEffect):
+    """Each speed is the mean over a window before its row, where the header of the log does not state how long it is.
+
+    What a sensor would show is as without it; the log's readings are made of that (`prediction.predicted_readings`).
+    """
+
+    name: ClassVar[str] = "speed_window"
+    # One over the other is a mean that looks nearly the same.
+    excludes: ClassVar[tuple[str, ...]] = ("log_filter",)
+    says: ClassVar[str] = "the speeds are means over {length_s}"
+    advice: ClassVar[str] = "State it in the header (speed_window_s)."
+    length_s: Scalar = parameter("s", "positive", neutral=0.0, start=0.02, scale=0.02)
+    """W [s]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return tuple(cls.of(length_s=rows * rig.period_s) for rows in (1.5, 5.0, 12.0))
+
+
+OF_LOG = (TimingOffset, LogFilter, SpeedWindow)
