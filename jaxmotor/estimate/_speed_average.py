@@ -93,18 +93,12 @@ def stated_window(recording: Recording, length_s: float) -> float:
     return length_s * (1 + 1e-5) if period is not None and abs(length_s - period) < 2e-6 * period else length_s
 
 
-def with_window(recording: Recording, window_s: float) -> Recording:
-    """`recording` with a header that states speeds over `window_s` [s]."""
-    return dataclasses.replace(recording, speed_window_s=stated_window(recording, window_s))
-
-
 def stated(recording: Recording, average: SpeedAverage | None) -> Recording:
     """`recording` with a header that states what `average` found."""
     if average is None:
         return recording
-    if average.kind == "filter":
-        return dataclasses.replace(recording, speed_window_s=0.0)
-    return with_window(recording, average.length_s)
+    window_s = 0.0 if average.kind == "filter" else stated_window(recording, average.length_s)
+    return dataclasses.replace(recording, speed_window_s=window_s)
 
 
 def _ms(value_s: float, error_s: float) -> str:

@@ -1,6 +1,7 @@
 """A recording as the simulation of motors with effects needs it."""
 
 import dataclasses
+import math
 
 import equinox as eqx
 import numpy as np
@@ -16,6 +17,9 @@ from jaxmotor.recording import Recording
 
 MOST_STEPS = 10
 """Per row: with twice as many no law here changes chi2 by more than 0.003."""
+STEP_ERROR, SEEN_ERROR = 0.2, 0.05
+"""Laws in steps of h change speeds by up to that part of (a h)² of their spread, a the pole (measured: up to 0.1, and
+friction in a sector more); and what of it may be left [standard deviations of the noise], 0.0025 of chi2."""
 
 
 class Log(eqx.Module):
@@ -59,7 +63,7 @@ def log_of(recording: Recording, packed: Packed, pole_rad_s: float, everything: 
         measured_log(recording, everything),
         to_jax(rows_in_log(recording, packed, everything)),
         to_jax(np.float64(supply_of(recording))),
-        to_jax(np.int32(steps_per_row(period, pole_rad_s))),
+        to_jax(np.int32(_steps(packed, pole_rad_s))),
         to_jax(np.int32(np.nonzero(packed.segment_of >= 0)[1].max() + 1)),
         None if packed.lanes.duration.ndim == 0 else to_jax(np.array([period, longest])),
         rows_late(period),
@@ -73,6 +77,16 @@ def _angle(columns: list[np.ndarray], packed: Packed) -> np.ndarray:
         cells = packed.segment_of == index
         angle[cells] = columns[index][packed.row_of[cells]]
     return angle - angle[packed.segment_of >= 0].min(initial=0.0) // (2 * np.pi) * (2 * np.pi)
+
+
+def _steps(packed: Packed, pole_rad_s: float) -> int:
+    """Steps in which rows of `packed` are simulated: of noisy speeds few. An angle adds their errors up."""
+    period, observation = packed.durations[0], packed.observation
+    most = steps_per_row(period, pole_rad_s)
+    if observation.noise.known or observation.noise.measured != "speed":
+        return most
+    spread = float(np.std(packed.lanes.observed[packed.lanes.valid])) / math.sqrt(observation.floor)
+    return min(most, max(2, math.ceil(pole_rad_s * period * math.sqrt(STEP_ERROR / SEEN_ERROR * spread))))
 
 
 def steps_per_row(duration_s: float, pole_rad_s: float) -> int:
