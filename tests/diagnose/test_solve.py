@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
+from test_search import FRICTION_V, GAIN, POLE, noisy_log
 
+from jaxmotor.diagnosis._free import linear_of, with_effect
 from jaxmotor.diagnosis._solve import _boxed, block_variance
+from jaxmotor.diagnosis._study import study_of
+from jaxmotor.motor.effects import ShaftCompliance
 
 
 def problem(seed):
@@ -47,3 +51,19 @@ def test_priors_weigh_as_much_as_rows_that_say_something_new(alike):
     assert block_variance(residual, rows, block) == pytest.approx(9.0 * alike, rel=0.25)
     assert block_variance(0.1 * residual / np.sqrt(alike), rows, block) == 1.0
     assert block_variance(np.append(residual[:-1], np.nan), rows, block) == 1.0
+
+
+@pytest.mark.usefixtures("x64")
+def test_a_fit_that_leads_to_what_cannot_be_ends():
+    """Beside friction a load on a spring does best where it no longer rings."""
+    study = study_of(noisy_log(6, FRICTION_V), POLE)
+    load = ShaftCompliance.of(frequency_Hz=1.0, damping_ratio=0.6, inertia_ratio=0.35)
+    motor, solver, tried = with_effect(linear_of(GAIN, POLE), load), study.solver, []
+    inner, rig = solver.linearise, solver.rig
+    assert rig is not None and load.possible(rig)
+    solver.linearise = lambda *its: tried.append(its[1]) or inner(*its)
+    ended = solver.fit(motor)
+    number, solver.rig = len(tried), None
+    solver.fit(motor)
+    assert not ended.motor.effects[0].possible(rig)
+    assert number < len(tried) - number
