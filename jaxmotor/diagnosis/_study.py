@@ -62,4 +62,6 @@ def _lanes(rows: list[int]) -> int:
     """As many as shorten what is simulated one row after the other; few numbers, for few programs."""
     if len(rows) == 1:
         return 1
-    return 16 if len(rows) > 4 and max(rows) < sum(rows) / 4 else 4
+    if len(rows) <= 4 or max(rows) >= sum(rows) / 4:
+        return 4
+    return 8 if len(rows) <= 8 else 16

@@ -103,11 +103,11 @@ class Piece(NamedTuple):
 
 
 class Padding(NamedTuple):
-    """Shapes that are rounded up to few: programs that stop after the rows in use do not mind."""
+    """Shapes that are rounded up to few: simulations stop after the rows in use, but means over windows do not."""
 
     lanes: int
     rows: int
-    """The fewest; more come by factors of four."""
+    """The fewest; more are 2^k or 1.5 2^k."""
     pieces: int
     """The fewest; more come by factors of two."""
 
@@ -137,7 +137,7 @@ def pack(
     if rest_before:
         pieces = [piece._replace(rest=_driven_at_once(recording, piece)) for piece in pieces]
     lane_of, start_of, length = _place([_size(piece) for piece in pieces], padding.lanes if padding else None)
-    shape = (padding.lanes, up_by_four(padding.rows, length)) if padding else (max(lane_of) + 1, bucket(length))
+    shape = (padding.lanes, max(padding.rows, bucket(length))) if padding else (max(lane_of) + 1, bucket(length))
     number_of_pieces = max(_power_of_two(len(pieces)), padding.pieces if padding else 1)
     blocks, number_of_blocks = _blocks(pieces)
     clusters = _power_of_two(number_of_blocks)
