@@ -26,7 +26,7 @@ class HasTruth(Protocol):
 
 def alike(one: FoundEffect) -> list[str]:
     """The effect, and those that the recording does not tell from it."""
-    return [one.name, *(rival.name for rival in one.rivals if rival.inseparable)]
+    return [one.name, *(other.name for other in one.alternatives if other.inseparable)]
 
 
 def is_found(hidden: HasTruth, found: Diagnosis) -> bool:

@@ -94,7 +94,7 @@ def _drawn(suite: str, seed: int, board: bool) -> Hidden:
 
 def is_right(suite: str, hidden: Hidden, found: Diagnosis) -> bool:
     if suite in OUTSIDE:
-        return found.verdict == "unexplained" and not found.effects and found.looks[0].coordinate == "time"
+        return found.verdict == "unexplained" and not found.effects and found.dependences[0].coordinate == "time"
     if not hidden.truth:
         return found.verdict == "complete"
     matched = [_matched(name, found) for name in hidden.truth]
@@ -103,7 +103,7 @@ def is_right(suite: str, hidden: Hidden, found: Diagnosis) -> bool:
 
 def _matched(name: str, found: Diagnosis) -> bool:
     return any(
-        name == effect.name or name in [rival.name for rival in effect.rivals if rival.inseparable]
+        name == effect.name or name in [one.name for one in effect.alternatives if one.inseparable]
         for effect in found.effects
     )
 

@@ -126,7 +126,7 @@ def moved(name: str | None, case: Case) -> Seen:
         jnp.asarray(np.arange(TICKS) * PERIOD_S),
     )
     run = jax.jit(simulate_motor)(motor, rows, jnp.asarray(PERIOD_S), jnp.asarray(SUPPLY_V), jnp.asarray(10))
-    return Seen(np.asarray(run.speed), np.asarray(run.turn), np.asarray(run.seen_turn) / PERIOD_S)
+    return Seen(np.asarray(run.speed), np.asarray(run.turn), np.asarray(run.sensed_turn) / PERIOD_S)
 
 
 def lacking(name: str, case: Case, seen: Seen) -> np.ndarray:

@@ -183,18 +183,18 @@ def one_board(lines: int, seed: int, *, at_once: bool, folder: Path) -> Result:
     pins, stats = folder / f"{seed}.csv", folder / f"{seed}.json"
     command = [find_or_build(), "--mode", "fast" if at_once else "lockstep", "--pins", pins, "--stats", stats]
     done = subprocess.run(list(map(str, command)), input=script, capture_output=True, check=True, timeout=1200)
-    heard = Decoder().feed(done.stdout)
+    received = Decoder().feed(done.stdout)
     result = Result(lines, stack_left=json.loads(stats.read_text())["stack_left_bytes"])
-    _judge_runs(result, heard, pins)
+    _judge_runs(result, received, pins)
     if not at_once:
-        _judge_answers(result, heard, expected, model)
+        _judge_answers(result, received, expected, model)
     pins.unlink()
     stats.unlink()
     return result
 
 
-def _judge_answers(result: Result, heard: list[Message], expected: list[Said], model: BoardModel) -> None:
-    answers = [said for said in map(_as_said, heard) if said is not None]
+def _judge_answers(result: Result, received: list[Message], expected: list[Said], model: BoardModel) -> None:
+    answers = [said for said in map(_as_said, received) if said is not None]
     *answers, _ = answers
     for got, wanted in itertools.zip_longest(answers, expected):
         result.refused += wanted is not None and wanted.letter == "N"
@@ -202,11 +202,11 @@ def _judge_answers(result: Result, heard: list[Message], expected: list[Said], m
             result.wrong_answers += 1
             result.notes.append(f"answered {got}, expected {wanted}")
             break  # what follows is out of step
-    ends = [message for message in heard if isinstance(message, RunEnd)]
+    ends = [message for message in received if isinstance(message, RunEnd)]
     if len(ends) != sum(said.starts for said in expected):
         result.notes.append(f"{len(ends)} runs for {sum(said.starts for said in expected)} that were started")
         result.wrong_answers += 1
-    last = heard[-1]
+    last = received[-1]
     if not isinstance(last, Status) or last.bad_lines != model.bad_lines:
         result.wrong_answers += 1
         result.notes.append(f"bad lines: {last} for {model.bad_lines}")
@@ -225,13 +225,13 @@ def _as_said(message: Message) -> Said | None:
     return None
 
 
-def _judge_runs(result: Result, heard: list[Message], pins: Path) -> None:
-    begins = [message.run for message in heard if isinstance(message, Begin) and message.segment == 0]
+def _judge_runs(result: Result, received: list[Message], pins: Path) -> None:
+    begins = [message.run for message in received if isinstance(message, Begin) and message.segment == 0]
     result.runs = len(begins)
     result.runs_twice = len(begins) - len(set(begins))
-    result.resets = sum(isinstance(m, Hello) and m.command == 0 and m.part == 1 for m in heard) - 1
+    result.resets = sum(isinstance(m, Hello) and m.command == 0 and m.part == 1 for m in received) - 1
     got, spare = list(_driven(pins)), 0
-    for run in _set(heard):
+    for run in _set(received):
         # A limit may stop the motor in the tick that set the last duty, before it drives.
         after = next(
             (end for way in (run.duties, run.without_last) if (end := _after(got, way, run.unknown + spare))), 0
@@ -270,10 +270,10 @@ def _after(got: list[int], duties: list[int], spare: int) -> int:
     return len(got) if at == len(duties) else 0
 
 
-def _set(heard: list[Message]) -> Iterator[_Run]:
+def _set(received: list[Message]) -> Iterator[_Run]:
     duties: list[int] = []
     before = 0
-    for message in heard:
+    for message in received:
         if isinstance(message, Sample):
             duties += [message.duty] if message.duty != before else []
             before = message.duty

@@ -48,7 +48,7 @@ def interrupted(folder: Path) -> tuple[Plan, Path]:
     return plan, output
 
 
-def judge(plan: Plan, output: Path, data: bytes, whole: Recording, there: Samples) -> str:
+def assess(plan: Plan, output: Path, data: bytes, whole: Recording, there: Samples) -> str:
     """What becomes of the journal `data`: a word."""
     journal_path(output).write_bytes(data)
     try:
@@ -90,7 +90,7 @@ def main() -> None:
             "torn": lambda: (data[: rng.randrange(len(data))] for _ in range(number // 8)),
         }
         for title, made in cases.items():
-            words = Counter(judge(plan, output, each, whole, there) for each in made())
+            words = Counter(assess(plan, output, each, whole, there) for each in made())
             print(f"{title}: {words.total()} journals: " + ", ".join(f"{n} {word}" for word, n in words.most_common()))
 
 

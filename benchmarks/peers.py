@@ -155,9 +155,9 @@ def simulated_in_scipy(record: Record) -> Found:
     gain, pole, friction = smoothed_regression(record)
     rows = max(len(volts) for _, volts, _ in record.segments) - 1
     volts, speed, held = (np.zeros((rows, len(record.first))) for _ in range(3))
-    for lane, (_, u, angle) in enumerate(record.segments):
-        volts[: len(u) - 1, lane], held[: len(u) - 1, lane] = u[:-1], 1.0
-        speed[: len(u) - 1, lane] = np.diff(angle) / record.period_s
+    for sequence, (_, u, angle) in enumerate(record.segments):
+        volts[: len(u) - 1, sequence], held[: len(u) - 1, sequence] = u[:-1], 1.0
+        speed[: len(u) - 1, sequence] = np.diff(angle) / record.period_s
 
     def cost(logs):
         gain, pole, friction = np.exp(logs)

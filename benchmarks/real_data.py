@@ -146,7 +146,7 @@ def diagnosed(name: str) -> str:
     for effect in found.effects:
         told = told_parameters(effect.effect)
         sizes = ", ".join(f"{value:.3g}" for name, value in effect.parameters.items() if name in told)
-        same = [rival.name for rival in effect.rivals if rival.inseparable]
+        same = [one.name for one in effect.alternatives if one.inseparable]
         effects.append(f"{effect.name} {sizes}".strip() + (f" (or {', '.join(same)})" if same else ""))
     more = f"; static fit {static_fit(found.motor, curve):.2f}" if name == JOINED else ""
     more += f"; angle {found.whole.angle_fit_percent_after:.1f}"

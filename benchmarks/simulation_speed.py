@@ -168,7 +168,7 @@ def in_c(folder: Path, names: tuple[str, ...], trial: Trial) -> tuple[Callable[[
     flags = [f"-D{FLAGS[name]}=1" for name in names]
     command = ["cc", "-O3", "-march=native", "-ffast-math", "-shared", "-fPIC", *flags, "-o", library, source, "-lm"]
     subprocess.run(command, check=True)
-    lanes, period = trial.problem.lanes, float(np.asarray(trial.problem.lanes.duration))
+    batch, period = trial.problem.batch, float(np.asarray(trial.problem.batch.duration))
     # A motor whose parts all move exactly needs one step for each voltage.
     steps = 1 if names == ("transport_delay",) else int(trial.steps)
     late = SIZES["transport_delay"]["delay_s"] / period if "transport_delay" in names else 0.0
@@ -178,8 +178,8 @@ def in_c(folder: Path, names: tuple[str, ...], trial: Trial) -> tuple[Callable[[
     matrices = [propagator(max(part, 0.1) * period / first), propagator((1 - part) * period / number)]
     sizes = [SIZES["coulomb_friction"]["volts_V"], *SIZES["cogging"].values(), SIZES["supply_sag"]["ratio"]]
     filtered = np.zeros(trial.valid.shape)
-    given = [np.ascontiguousarray(x, float) for x in (lanes.volts, trial.angle, lanes.observed)]
-    given += [np.ascontiguousarray(x, np.uint8) for x in (lanes.reset, lanes.valid)]
+    given = [np.ascontiguousarray(x, float) for x in (batch.volts, trial.angle, batch.observed)]
+    given += [np.ascontiguousarray(x, np.uint8) for x in (batch.reset, batch.valid)]
     longs = [*trial.valid.shape, int(trial.used), steps]
     doubles = [period, float(trial.supply), float(trial.problem.unit), float(trial.memory)]
     tables = [np.array(sizes), *matrices]

@@ -134,7 +134,7 @@ def results(motors: int, seed: int, seen: str, stated: bool = True) -> Iterator[
         except JaxmotorError as error:
             yield str(error)
             continue
-        z = judged(log, fit.motor, (float(fit.standard_error.gain), float(fit.standard_error.pole)))
+        z = assessed(log, fit.motor, (float(fit.standard_error.gain), float(fit.standard_error.pole)))
         length = math.nan if stated else length_of(log, fit.average)
         yield Result(seen, fit.noise.level / log.noise, fit.chi2_per_sample, z, length)
 
@@ -145,13 +145,13 @@ def diagnosed(motors: int, seed: int, seen: str) -> Iterator[Result]:
         log = speed_log(np.random.default_rng([seed, number]), seen)
         found = diagnose(log.unstated)
         errors = found.standard_error
-        z = judged(log, found.motor.linear, (errors["gain_rad_s_V"], errors["pole_rad_s"]))
+        z = assessed(log, found.motor.linear, (errors["gain_rad_s_V"], errors["pole_rad_s"]))
         said = ", ".join([found.verdict, *(effect.name for effect in found.effects)])
         level, chi2 = found.fit.noise.level / log.noise, found.whole.after.chi2_per_sample
         yield Result(seen, level, chi2, z, length_of(log, found.average), said)
 
 
-def judged(log: SpeedLog, motor: Any, errors: tuple[float, float]) -> tuple[float, float]:
+def assessed(log: SpeedLog, motor: Any, errors: tuple[float, float]) -> tuple[float, float]:
     """Errors of gain and pole in standard errors; the pole is the slower one of motor and filter."""
     pole = min(log.pole, 1 / log.length_s) if log.seen == "filter" else log.pole
     return (float(motor.gain) - log.gain) / errors[0], (float(motor.pole) - pole) / errors[1]

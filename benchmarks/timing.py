@@ -81,7 +81,7 @@ def latched(plant: Plant, duty: np.ndarray, period_s: float, offset_s: float) ->
     return count
 
 
-def judged(found: Timing | None, motor: Any, errors: tuple[float, float], truth: Truth) -> tuple[float, float, float]:
+def assessed(found: Timing | None, motor: Any, errors: tuple[float, float], truth: Truth) -> tuple[float, float, float]:
     """By how much the offset is wrong [% of a tick], gain and pole [standard errors]."""
     off = 100 * ((found.offset_s if found else 0.0) - truth.offset_s) / truth.period_s
     gain = (float(motor.gain) - truth.gain) / errors[0]
@@ -98,8 +98,8 @@ def main() -> None:
         recording, truth = late_recording(seed)
         fit, diagnosis = identify(recording), diagnose(recording)
         error = diagnosis.standard_error
-        own = judged(fit.timing, fit.motor, (float(fit.standard_error.gain), float(fit.standard_error.pole)), truth)
-        its = judged(diagnosis.timing, diagnosis.motor.linear, (error["gain_rad_s_V"], error["pole_rad_s"]), truth)
+        own = assessed(fit.timing, fit.motor, (float(fit.standard_error.gain), float(fit.standard_error.pole)), truth)
+        its = assessed(diagnosis.timing, diagnosis.motor.linear, (error["gain_rad_s_V"], error["pole_rad_s"]), truth)
         names = ", ".join([diagnosis.verdict, *(effect.name for effect in diagnosis.effects)])
         head = f"{seed:4d} {1e3 * truth.period_s:5.0f} {100 * truth.offset_s / truth.period_s:7.1f}"
         print(head, *(f"{off:7.2f} {gain:6.2f} {pole:6.2f} " for off, gain, pole in (own, its)), names, flush=True)

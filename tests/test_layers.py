@@ -12,7 +12,7 @@ import jaxmotor
 PACKAGE = Path(jaxmotor.__file__).parent
 LAYERS = (
     *("recording", "bench", "motor", "prediction", "estimate", "validation", "control", "diagnosis"),
-    *("fleet", "words", "present", "cli"),
+    *("fleet", "text", "present", "cli"),
 )
 DRAWS = {"diagnosis/_diagnosis.py": {"present"}}
 """A diagnosis draws itself when asked, by what comes later in the story."""

@@ -19,7 +19,7 @@ class Link:
 
     def __init__(self, port: Port) -> None:
         self.decoder = Decoder()
-        self.heard = bytearray()
+        self.received = bytearray()
         """The first bytes received, to tell what else may be at the other end."""
         self._port = port
         self._numbers = 0
@@ -91,8 +91,8 @@ class Link:
 
     def _read(self) -> bool:
         data = self._port.read()
-        if len(self.heard) < 4096:
-            self.heard += data
+        if len(self.received) < 4096:
+            self.received += data
         for message in self.decoder.feed(data) if data else ():
             self._messages.put(message)
         return bool(data)

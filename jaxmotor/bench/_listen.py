@@ -16,7 +16,7 @@ from jaxmotor.bench._session import Session
 from jaxmotor.bench._stops import check_end
 
 LOOK_EVERY = 50
-"""Samples between two looks at whether a segment may end early."""
+"""Samples between two checks of whether a segment may end early."""
 STOPS = (signal.SIGINT, signal.SIGTERM)
 
 

@@ -90,20 +90,20 @@ class Session:
         **Raises:** `RecorderError` where the port is gone, the board was reset, or falls silent.
         """
         patience = self.port.patience
-        heard = asked = time.monotonic()
+        received = asked = time.monotonic()
         while self._running:
             batch = self._receive(min(0.05, patience.again_s))
             now = time.monotonic()
             doubt = any(isinstance(m, Hello) and m.command == 0 for m in batch)  # a reset, or an old line
-            heard = now if batch else heard
+            received = now if batch else received
             if any(isinstance(m, Status) and m.run != self.run for m in batch):
                 self._running = False
                 raise RecorderError(self._was_reset())
             self._running = not any(self._ends(message) for message in batch)
-            if self._running and (doubt or now - max(heard, asked) > patience.again_s):
+            if self._running and (doubt or now - max(received, asked) > patience.again_s):
                 asked = now
                 self.link.send("Q")  # the line that told the end may be the one that was lost
-            if now - heard > patience.silent_s:
+            if now - received > patience.silent_s:
                 self._running = False
                 raise RecorderError(
                     f"{self.port.name}: the board has fallen silent in mid-run; check its cable and its supply, then "
@@ -205,7 +205,7 @@ class Session:
                 self._hello(None if answer else 3 * self.port.patience.again_s)
                 return
             self.port.baud = before
-        raise RecorderError(f"{self.port.name}: the board is not heard at {rate} baud; check its cable")
+        raise RecorderError(f"{self.port.name}: the board does not answer at {rate} baud; check its cable")
 
     def _ends(self, message: Message) -> bool:
         """Whether it says that the run is over."""
@@ -261,19 +261,19 @@ class Session:
             if time.monotonic() - asked > patience.again_s:
                 asked = time.monotonic()
                 self.link.repeat(number, "H")
-        raise RecorderError(f"{self.port.name}: {_stranger(bytes(self.link.heard), bool(seen), self.port.baud)}")
+        raise RecorderError(f"{self.port.name}: {_stranger(bytes(self.link.received), bool(seen), self.port.baud)}")
 
 
-def _stranger(heard: bytes, hello: bool, baud: int) -> str:
+def _stranger(received: bytes, hello: bool, baud: int) -> str:
     """Who may be at the other end, from what was heard of them."""
     rates = f"the board may be set to another rate than {baud} baud, try --baud 500000, 250000 or 1000000"
-    if not heard:
+    if not received:
         return "nothing comes from the board; check that it is powered and flashed, and that this is its port"
     if hello:
-        return f"the board is heard but does not hear; {rates}"
-    text = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in heard)
-    if text < 0.9 * len(heard):
+        return f"the board sends but does not receive; {rates}"
+    text = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in received)
+    if text < 0.9 * len(received):
         return f"only noise comes; {rates}"
-    line = next((part for part in heard.decode("ascii", "replace").splitlines() if part.strip()), "")
+    line = next((part for part in received.decode("ascii", "replace").splitlines() if part.strip()), "")
     what = line.strip()[:60]
     return f"another program answers ({what!r}); flash the rig's firmware with make -C firmware flash PORT=..."

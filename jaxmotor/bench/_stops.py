@@ -6,7 +6,7 @@ from jaxmotor.bench._session import Session
 
 REASONS = {
     "stopped": "the run was stopped",
-    "host_silent": "the board heard nothing of this computer for 250 ms and stopped the motor; is the computer "
+    "host_silent": "the board received nothing from this computer for 250 ms and stopped the motor; is the computer "
     "overloaded, or the cable loose?",
     "time_limit": "the run took longer than planned, and the board stopped the motor",
     "travel_limit": "the shaft went beyond the travel limit; raise travel_rev in the plan, or free its way",

@@ -55,7 +55,7 @@ def check_wiring(session: Session, rig: Rig, largest_V: float, no_load_rad_s: fl
 
     **Raises:** `RecorderError`, what to change, where a recording would be worthless.
     """
-    log = _heard(session, wiring_slots(rig, largest_V), rig)
+    log = _received(session, wiring_slots(rig, largest_V), rig)
     pulses = [_pulse(log, segment, rig) for segment in (1, 3)]
     faults = list(wiring_faults(pulses[0], pulses[1]))
     if faults:
@@ -64,7 +64,7 @@ def check_wiring(session: Session, rig: Rig, largest_V: float, no_load_rad_s: fl
     return list(wiring_notes(pulses[0], pulses[1], log.illegal, rig, volts, no_load_rad_s))
 
 
-def _heard(session: Session, slots: tuple[Slot, ...], rig: Rig) -> RunLog:
+def _received(session: Session, slots: tuple[Slot, ...], rig: Rig) -> RunLog:
     """What came of the pulses; run again where the line has lost too much of them to judge by."""
     lost = [0]
     for _ in range(TRIES):

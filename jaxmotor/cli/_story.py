@@ -5,9 +5,8 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
-from jaxmotor.diagnosis import Diagnosis, FoundEffect, Worth
-from jaxmotor.validation import Interval
-from jaxmotor.words import (
+from jaxmotor.diagnosis import BeforeAfter, Diagnosis, FoundEffect
+from jaxmotor.text import (
     LOOP,
     allowing,
     bracket,
@@ -24,6 +23,7 @@ from jaxmotor.words import (
     sentence,
     with_error,
 )
+from jaxmotor.validation import Interval
 
 WIDTH, INDENT = 110, 17
 MOST = 3
@@ -60,11 +60,12 @@ def _wrong(diagnosis: Diagnosis) -> list[str]:
     missing = diagnosis.missing
     if not math.isfinite(missing.rms_V):
         return []
-    lacks = f"the linear model lacks {1e3 * missing.rms_V:.3g} mV rms at the motor{of_rounding(missing)}"
+    size_mV = f"{1e3 * missing.rms_V:.3g} mV rms at the motor"
+    residual = f"the residual voltage of the linear model is {size_mV}{of_rounding(missing)}"
     if diagnosis.verdict == "complete" or diagnosis.undecided:
-        return [lacks, nothing_left()]
+        return [residual, nothing_left()]
     most = MOST if diagnosis.verdict == "unexplained" else MOST - 1
-    return [lacks, *(seen_in(look) for look in diagnosis.looks[:most] if look.beyond_chance)]
+    return [residual, *(seen_in(one) for one in diagnosis.dependences[:most] if one.beyond_chance)]
 
 
 def _why(diagnosis: Diagnosis) -> list[str]:
@@ -81,33 +82,33 @@ def _sure(diagnosis: Diagnosis) -> list[str]:
     floor = "rounding alone" if known else f"noise alone, {level_words(diagnosis.fit.noise)}"
     drift = f"{held_out.drift_before:.3g}, extended {held_out.drift_after:.3g}"
     scale = f"{'drift chi2' if diagnosis.adds_up else 'chi2'} of held-out data (1 = {floor}): linear {drift}"
-    return [scale, *(line for found in diagnosis.named for line in _rivals(found, held_out))]
+    return [scale, *(line for found in diagnosis.named for line in _alternatives(found, held_out))]
 
 
-def _rivals(found: FoundEffect, held_out: Worth) -> list[str]:
+def _alternatives(found: FoundEffect, held_out: BeforeAfter) -> list[str]:
     same = may_be(found, str)
-    other = [rival for rival in found.rivals if not rival.inseparable]
+    other = [one for one in found.alternatives if not one.inseparable]
     lines = []
     if same is not None:
         lines.append(f"{found.name}: {same}")
     if other:
-        instead = ", ".join(f"{rival.name} {held_out.drift_after + rival.chi2_excess:.3g}" for rival in other[:MOST])
+        instead = ", ".join(f"{one.name} {held_out.drift_after + one.chi2_excess:.3g}" for one in other[:MOST])
         lines.append(f"alternatives to {found.name}: {instead}")
     return lines
 
 
 def _costs(diagnosis: Diagnosis) -> list[str]:
-    worth = diagnosis.held_out
+    scores = diagnosis.held_out
     lines = []
     for name, unit in (("fit_percent", "%"), ("rmse_rad_s", "rad/s"), ("chi2_per_sample", "")):
         title = {"fit_percent": "fit", "rmse_rad_s": "RMSE"}.get(name, "chi2 per sample")
-        told = _told(getattr(worth.before_intervals, name), unit)
+        told = _told(getattr(scores.before_intervals, name), unit)
         if diagnosis.named:
-            told = f"{told} -> {_told(getattr(worth.after_intervals, name), unit)}"
+            told = f"{told} -> {_told(getattr(scores.after_intervals, name), unit)}"
         lines.append(f"{title} {told}")
     lines = [f"{lines[0]}, {lines[1]}", lines[2] + (" (brackets: 95 %)" if "[" in lines[2] else "")]
     if not diagnosis.fit.floor_known:  # a log of angles or speeds, not of counts: compare with what others publish
-        before, after = worth.angle_fit_percent_before, worth.angle_fit_percent_after
+        before, after = scores.angle_fit_percent_before, scores.angle_fit_percent_after
         lines.append(f"of the angle turned: fit {before:.3g} %" + (f" -> {after:.3g} %" if diagnosis.named else ""))
     return [*lines, scored(diagnosis), *_loops(diagnosis)]
 

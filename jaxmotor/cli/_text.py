@@ -6,7 +6,7 @@ import numpy as np
 
 from jaxmotor.estimate import Fit, to_json
 from jaxmotor.recording import ranges
-from jaxmotor.words import RPM, allowing, floor, noise_words, with_error
+from jaxmotor.text import RPM, allowing, floor, noise_words, with_error
 
 TURNS, ONE_WAY, OFFSET = 0.1, 0.99, 0.01
 """Share of the highest speed above which a motor turns, of these rows that go one way, and of the voltage of that speed

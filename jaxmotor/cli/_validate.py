@@ -34,7 +34,7 @@ def validate_command(
     with opened(recording) as (measured, tell):
         from jaxmotor.validation import to_json, validate
 
-        tell("simulating the segments that were not fitted")
+        tell("simulating the held-out segments")
         validation = validate(model, measured, seed=seed)
         written = []
         if output is not None:
@@ -67,7 +67,7 @@ def validation_text(validation: Validation, written: list[Path]) -> str:
 
 
 def _effects(model: Model) -> list[str]:
-    from jaxmotor.words import law
+    from jaxmotor.text import law
 
     errors = {effect.name: error for effect, error in zip(model.effects, model.effect_errors, strict=False)}
     laws = [f"with {effect.name}: {law(effect, errors.get(effect.name, {}))}" for effect in model.effects]
@@ -86,7 +86,7 @@ def _segments(validation: Validation) -> list[str]:
 
 
 def _open_loop(open_loop: OpenLoop) -> list[str]:
-    from jaxmotor.words import floor
+    from jaxmotor.text import floor
 
     lines = [
         "",
@@ -132,7 +132,7 @@ def _closed_loop(loop: ClosedLoop, whose: str) -> list[str]:
 
 
 def _theory(loop: ClosedLoop, whose: str) -> str:
-    from jaxmotor.words import with_bracket
+    from jaxmotor.text import with_bracket
 
     theory, offset = loop.theory_error_rad_s, loop.theory_error_with_offset_rad_s
     if not math.isfinite(theory.value):
@@ -142,7 +142,7 @@ def _theory(loop: ClosedLoop, whose: str) -> str:
 
 
 def _table(found: StepTrials | ClosedLoop) -> list[str]:
-    from jaxmotor.words import compared, with_bracket
+    from jaxmotor.text import compared, with_bracket
 
     lines = [f"    {'':24}{'measured':28}predicted"]
     for name, unit, comparison, factor in compared(found):

@@ -80,7 +80,7 @@ class Motions(NamedTuple):
     angle: np.ndarray
     """(n,) since the first count [rad]."""
     missing_V: np.ndarray
-    """(n,) what the model lacks [V]."""
+    """(n,) residual voltage: what the model needs beside the command [V]."""
 
 
 @in_float64

@@ -102,7 +102,7 @@ def _visited(trial: Trial, effect: AbstractLearnedEffect) -> np.ndarray:
         case "speed":
             return np.asarray(log.speed)[:used]
         case "voltage":
-            return np.asarray(trial.problem.lanes.volts)[valid]
+            return np.asarray(trial.problem.batch.volts)[valid]
         case "angle":
             return np.mod(np.asarray(trial.angle)[valid], 2 * np.pi)
         case "time":

@@ -1,4 +1,4 @@
-"""From a recording to what its linear model gets wrong, why, and what a longer model is worth."""
+"""From a recording to what its linear model gets wrong, why, and how much an extended model improves it."""
 
 import dataclasses
 import os
@@ -9,7 +9,6 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.diagnosis._curves import learned_laws
 from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Verdict
-from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._errors import (
     covariance,
     linear_covariance,
@@ -17,10 +16,11 @@ from jaxmotor.diagnosis._errors import (
     with_indistinguishable,
 )
 from jaxmotor.diagnosis._experiment import Experiment, experiment
-from jaxmotor.diagnosis._explain import Explanation, explained, is_explained, is_from_outside
+from jaxmotor.diagnosis._explain import Explanation, depends_on_time_only, explained, is_explained
 from jaxmotor.diagnosis._found import Found
 from jaxmotor.diagnosis._free import of_motor
-from jaxmotor.diagnosis._held_out import HeldOut, hold_out, worth_of
+from jaxmotor.diagnosis._held_out import HeldOut, before_after, hold_out
+from jaxmotor.diagnosis._input_convention import is_applied_until_row
 from jaxmotor.diagnosis._joint import joint_covariance
 from jaxmotor.diagnosis._left_open import left_open, moves
 from jaxmotor.diagnosis._loops import loop_gains
@@ -57,7 +57,7 @@ def diagnose(
     seed: int = 0,
     on_progress: Callable[[Progress], object] | None = None,
 ) -> Diagnosis:
-    """Say what the linear motor of `recording` gets wrong, name the causes, and measure what knowing them is worth.
+    """Say what the linear motor of `recording` gets wrong, name the causes, and measure how much they improve it.
 
     `recording` may be the path of its file. Only `effects` (names, such as those in `EFFECTS`, and classes of your own;
     None: all that are known) without those in `exclude` are sought. `on_progress` is called with a `Progress` as the
@@ -100,14 +100,14 @@ def diagnose(
         probabilities=probabilities(found, every),
         families=families(found, every),
         verdict="unexplained" if undecided else verdict,
-        held_out=worth_of(held.segments, held.before, held.after, seed, held.in_part),
-        whole=worth_of(fit.fitted, before.scored, after.scored, seed),
+        held_out=before_after(held.segments, held.before, held.after, seed, held.in_part),
+        whole=before_after(fit.fitted, before.scored, after.scored, seed),
         adds_up=float(study.trial.memory) > 0,
         closed_loop=loop_gains(study, found, seed),
         missing=before.missing,
-        looks=before.looks,
+        dependences=before.dependences,
         left=after.missing,
-        left_looks=after.looks,
+        unexplained_dependences=after.dependences,
         learned=tuple(laws.values()),
         experiments=_experiments(study, found.fitted, indistinguishable, {one.name for one in every if one.is_told}),
         notes=_once(
@@ -116,7 +116,7 @@ def diagnose(
             *(one.sentence for one in (fit.average, timing) if one is not None),
             *(one.note for one in opened),
             *([BEGINS] if study.recording.segments[0].begins_rad is not None else []),
-            *([EARLY] if verdict == "unexplained" and is_early(study.recording, found.fitted) else []),
+            *([EARLY] if verdict == "unexplained" and is_applied_until_row(study.recording, found.fitted) else []),
         ),
         open_hypotheses=opened,
         allowed=allowed,
@@ -140,13 +140,13 @@ def _linear_fit(recording: Recording, seed: int) -> tuple[Fit, JaxmotorError | N
 
 def _verdict(known: Explanation, held: HeldOut) -> Verdict:
     study, found, after = known.study, known.found, known.after
-    if held.is_worse or (not found.named and any(map(is_from_outside, known.before.looks))):
+    if held.is_worse or (not found.named and any(map(depends_on_time_only, known.before.dependences))):
         return "unexplained"
     disturbed = any(isinstance(effect, AbstractDisturbance) for effect in found.fitted.template.effects)
     if disturbed or not is_explained(study, found.fitted, found.linear):
         return "unexplained"
     loud = after.missing.rms_V > 1.25 * after.missing.noise_V
-    if loud and after.looks and after.looks[0].beyond_chance and is_from_outside(after.looks[0]):
+    if loud and after.dependences and after.dependences[0].beyond_chance and depends_on_time_only(after.dependences[0]):
         return "unexplained"
     return "extended" if found.named else "complete"
 
@@ -154,7 +154,7 @@ def _verdict(known: Explanation, held: HeldOut) -> Verdict:
 def _experiments(
     study: Study, fitted: Fitted, indistinguishable: dict[tuple[str, str], Fitted], told: set[str]
 ) -> tuple[Experiment, ...]:
-    """For each effect that is `told`, what tells it from its rivals that this recording cannot."""
+    """For each effect that is `told`, what tells it from the alternatives that this recording cannot."""
     pairs = {pair: other for pair, other in indistinguishable.items() if pair[0] in told}
     wanted = [experiment(study.solver, pair, fitted.motor, other, study.recording) for pair, other in pairs.items()]
     return tuple(sorted(wanted, key=lambda one: -one.chi2_excess))
@@ -174,9 +174,9 @@ def _notes(known: tuple[str, ...], held: HeldOut, found: Found, effects: tuple[F
         notes.append(
             "the extended motor predicts held-out data worse than the linear one: its effects do not carry over"
         )
-    if not found.fitted.settled:
+    if not found.fitted.converged:
         notes.append(
-            "the fit of the extended motor did not quite settle; its parameters may be off by more than stated"
+            "the fit of the extended motor did not fully converge; its parameters may be off by more than stated"
         )
     for effect in effects:
         if effect.unknown:

@@ -1,4 +1,4 @@
-"""What a diagnosis gives: a verdict, the effects found and their rivals, and what the longer model is worth."""
+"""What a diagnosis gives: a verdict, the effects found and their alternatives, and the scores of both motors."""
 
 import dataclasses
 from typing import TYPE_CHECKING, Literal
@@ -9,9 +9,9 @@ from jaxmotor._shown import Row, Shown
 from jaxmotor.diagnosis._experiment import Experiment
 from jaxmotor.diagnosis._found import NAMED
 from jaxmotor.diagnosis._learned_law import LearnedLaw
-from jaxmotor.diagnosis._looks import Coordinate, Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
+from jaxmotor.diagnosis._residual_dependence import Coordinate, Dependence
 from jaxmotor.estimate import (
     KEYS,
     Allowed,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 LEARNED = 0.5
 """Share of the excess that a learned curve must explain to say what the rest looks like."""
-LOOK_OF: dict[str, Coordinate] = {
+COORDINATE_OF: dict[str, Coordinate] = {
     "friction": "speed",
     "drag": "speed",
     "dead zone": "voltage",
@@ -48,7 +48,7 @@ Verdict = Literal["complete", "extended", "unexplained"]
 
 
 @dataclasses.dataclass(frozen=True)
-class Rival:
+class Alternative:
     """Another effect in the place of one that was named."""
 
     name: str
@@ -70,14 +70,14 @@ class FoundEffect:
     """Of each parameter, in its unit; 1.96 of them each way hold the truth 95 times of 100."""
     held_out_gain_percent: float
     """By how much it lowers the drift chi2 per sample of data that was not fitted, of what the motor without it has."""
-    rivals: tuple[Rival, ...]
+    alternatives: tuple[Alternative, ...]
     """The nearest first."""
     unknown: tuple[str, ...]
     """Parameters that this recording does not determine: their error is more than half of them."""
     probability: float
     """Of all models tried, by blocks left out."""
     family_probability: float
-    """The same of it or of any rival that is inseparable."""
+    """The same of it or of any alternative that is indistinguishable."""
     curve: LearnedLaw | None = None
     """Where it was learned as a curve."""
     of_family: float = 0.0
@@ -123,7 +123,7 @@ class Intervals:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Worth:
+class BeforeAfter:
     """The linear and the extended motor on the same data."""
 
     segments: tuple[int, ...]
@@ -151,7 +151,7 @@ class Worth:
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Shown):
-    """Where the linear model of one recording fails, why, and what a longer model is worth."""
+    """Where the linear model of one recording fails, why, and how much an extended model improves it."""
 
     fit: Fit
     """The linear motor as `identify` gives it."""
@@ -161,7 +161,7 @@ class Diagnosis(Shown):
     """The extended motor; the linear one where no effect is named."""
     standard_error: dict[str, float]
     """Of the extended motor's linear part: gain_rad_s_V, pole_rad_s, electrical_time_constant_s, viscous_share. Where
-    an inseparable rival comes with another gain or pole, they allow for that."""
+    an indistinguishable alternative has another gain or pole, they allow for that."""
     covariance: np.ndarray
     """(3, 3) of the first three of these, the effects being those that were named."""
     joint: Joint
@@ -176,28 +176,28 @@ class Diagnosis(Shown):
     families: dict[str, float]
     """The same of each family of effects."""
     verdict: Verdict
-    """`complete`: nothing is left over; `extended`: nothing beside the effects; `unexplained`: something is, or the
+    """`complete`: the residual is noise; `extended`: it is with the effects; `unexplained`: it is not, or the
     input leaves open what it could be (`undecided`); see `looks_like`."""
-    held_out: Worth
+    held_out: BeforeAfter
     """Both motors refitted without these segments, scored on them."""
-    whole: Worth
+    whole: BeforeAfter
     """Both fitted to and scored on everything."""
     adds_up: bool
     """Motors were compared by residuals that add up over twenty ticks (`drift`), not row by row."""
     closed_loop: tuple[LoopGain, ...]
     """Both motors in the recording's closed loops."""
     missing: MissingVolts
-    """The voltage that the linear motor lacks, window by window."""
-    looks: tuple[Look, ...]
+    """Residual voltage of the linear motor, window by window."""
+    dependences: tuple[Dependence, ...]
     """What the missing volts depend on, the most telling first."""
     left: MissingVolts
-    """The voltage that the extended motor lacks."""
-    left_looks: tuple[Look, ...]
+    """Residual voltage of the extended motor."""
+    unexplained_dependences: tuple[Dependence, ...]
     learned: tuple[LearnedLaw, ...]
     """Laws learned as curves: those of `effects` and `disturbances`, and where the verdict is `unexplained` what else
     was tried, the most telling first."""
     experiments: tuple[Experiment, ...]
-    """What to record next to tell rivals apart, the most telling first."""
+    """What to record next to distinguish the alternatives, the most telling first."""
     notes: tuple[str, ...]
     open_hypotheses: tuple[OpenHypothesis, ...]
     """Laws that the recording can neither show nor exclude beside the motor."""
@@ -214,33 +214,34 @@ class Diagnosis(Shown):
     @property
     def named(self) -> tuple[FoundEffect, ...]:
         """Effects and disturbances: what the extended motor has that the linear one has not."""
-        return (*self.effects, *self.disturbances)
+        return (*self.effects, *self.named_disturbances)
 
     @property
-    def outside(self) -> tuple[FoundEffect, ...]:
+    def named_disturbances(self) -> tuple[FoundEffect, ...]:
         """The disturbances that are named."""
         return tuple(one for one in self.disturbances if one.is_named)
 
     @property
-    def looks_like(self) -> Look | None:
-        """The most telling look at what is left, where the verdict is `unexplained`."""
+    def looks_like(self) -> Dependence | None:
+        """What the unexplained residual depends on most, where the verdict is `unexplained`."""
         if self.verdict != "unexplained":
             return None
-        if self.outside:
-            text = "; ".join(one.summary for one in self.outside)
-            return Look("time", text, 1.0, 0.0, np.zeros(0), np.zeros(0), outside=True)
+        if self.named_disturbances:
+            text = "; ".join(one.summary for one in self.named_disturbances)
+            return Dependence("time", text, 1.0, 0.0, np.zeros(0), np.zeros(0), time_only=True)
         if self.undecided:
             names = ", ".join(one.phrase for one in self.open_hypotheses)
             text = f"{names} or nothing, which this input does not show"
-            return Look(LOOK_OF[self.open_hypotheses[0].name], text, 0.0, 0.0, np.zeros(0), np.zeros(0))
-        looks = self.left_looks if self.effects else self.looks
+            return Dependence(COORDINATE_OF[self.open_hypotheses[0].name], text, 0.0, 0.0, np.zeros(0), np.zeros(0))
+        dependences = self.unexplained_dependences if self.effects else self.dependences
         best = self.learned[0] if self.learned else None
-        if looks and looks[0].outside and looks[0].share > LEARNED:
-            return looks[0]
-        if best is not None and best.share > max([LEARNED, *(look.share for look in looks)]):
+        if dependences and dependences[0].time_only and dependences[0].share > LEARNED:
+            return dependences[0]
+        if best is not None and best.share > max([LEARNED, *(one.share for one in dependences)]):
             # The curve says it better than windows of the missing volts do.
-            return Look(best.coordinate, best.text, best.share, 0.0, best.at, best.volts, best.coordinate == "time")
-        return looks[0] if looks else Look.none()
+            by_time = best.coordinate == "time"
+            return Dependence(best.coordinate, best.text, best.share, 0.0, best.at, best.volts, time_only=by_time)
+        return dependences[0] if dependences else Dependence.none()
 
     @property
     def recording(self) -> str:
@@ -255,7 +256,7 @@ class Diagnosis(Shown):
         return extended_model(self)
 
     def plot(self) -> "dict[str, Figure]":
-        """Figures of what is missing, why, and what knowing it is worth, by name."""
+        """Figures of the residual voltage, its causes and the scores of both motors, by name."""
         # Drawing comes later in the story than finding; only whoever asks for it pays for matplotlib.
         from jaxmotor.present import diagnosis_figures
 
@@ -276,6 +277,6 @@ class Diagnosis(Shown):
         before, after = self.held_out.before, self.held_out.after
         chi2 = f"{before.chi2_per_sample:.3g} -> {after.chi2_per_sample:.3g}"
         score = f"held out: fit {before.fit_percent:.1f} -> {after.fit_percent:.1f} %, chi2 {chi2} (1 = noise)"
-        look = [] if self.looks_like is None else [f"what is left looks like {self.looks_like.text}"]
+        dependence = [] if self.looks_like is None else [f"the unexplained residual looks like {self.looks_like.text}"]
         left_open = allowing(self)
-        return (score, *look, *([left_open] if left_open else []))
+        return (score, *dependence, *([left_open] if left_open else []))

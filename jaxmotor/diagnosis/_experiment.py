@@ -51,8 +51,8 @@ def experiment(
     shown, jacobian, _ = other.linearise(second.template, second.free, np.zeros(other.pieces))
     rows = trial.time.shape[1]
     excess = [
-        _excess((shown - wanted)[lane], jacobian[lane], second)
-        for lane in (slice(k * rows, (k + 1) * rows) for k in range(len(candidates)))
+        _excess((shown - wanted)[sequence], jacobian[sequence], second)
+        for sequence in (slice(k * rows, (k + 1) * rows) for k in range(len(candidates)))
     ]
     best = int(np.argmax(excess))
     if not excess[best] > TELLS:
@@ -84,8 +84,8 @@ def _excess(apart: np.ndarray, jacobian: np.ndarray, second: Fitted) -> float:
 
 
 def _candidates(trial: Trial, period: float, pole: float) -> list[_Candidate]:
-    """As long as a lane of the trial is, so that nothing new is compiled."""
-    lanes, ticks = trial.time.shape
+    """As long as a sequence of the trial is, so that nothing new is compiled."""
+    batch, ticks = trial.time.shape
     supply, seconds = float(trial.supply), ticks * period
     time = np.arange(ticks) * period
     found: list[_Candidate] = []
@@ -101,28 +101,28 @@ def _candidates(trial: Trial, period: float, pole: float) -> list[_Candidate]:
             sine = high * np.sin(2 * np.pi * frequency * time)
             text = f"a sine of {frequency:.2g} Hz and {high:.2g} V"
             add(text, "sine", sine, frequency_Hz=frequency, amplitude_V=high)
-    return found[:lanes]
+    return found[:batch]
 
 
 def _on(trial: Trial, candidates: list[_Candidate], motor: Motor, period: float) -> Trial:
-    """`trial` with one candidate in each lane, from rest, instead of what was recorded."""
+    """`trial` with one candidate in each sequence, from rest, instead of what was recorded."""
     shape = trial.time.shape
     volts = np.zeros(shape)
     volts[: len(candidates)] = [candidate.volts for candidate in candidates]
     reset = np.zeros(shape, bool)
     reset[:, 0] = True
-    lanes = trial.problem.lanes._replace(
+    batch = trial.problem.batch._replace(
         volts=volts,
         reset=reset,
         free=np.zeros(shape),
         observed=np.zeros(shape),
         valid=np.ones(shape, bool),
         duration=np.broadcast_to(
-            np.asarray(trial.problem.lanes.duration) * 0 + period, trial.problem.lanes.duration.shape
+            np.asarray(trial.problem.batch.duration) * 0 + period, trial.problem.batch.duration.shape
         ),
     )
     time = np.broadcast_to(np.arange(shape[1]) * period, shape)
-    problem = eqx.tree_at(lambda problem: problem.lanes, trial.problem, lanes)
+    problem = eqx.tree_at(lambda problem: problem.batch, trial.problem, batch)
     new = eqx.tree_at(lambda trial: (trial.problem, trial.time), trial, (problem, time))
     if trial.angle is None:
         return new

@@ -6,9 +6,9 @@ from typing import NamedTuple
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, Explained, Found
 from jaxmotor.diagnosis._free import linear_of
-from jaxmotor.diagnosis._looks import Look, looks
 from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._request import Request
+from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
@@ -30,7 +30,7 @@ from jaxmotor.estimate import Fit, SpeedAverage, stated
 from jaxmotor.motor import Motor
 from jaxmotor.recording import Recording
 
-OUTSIDE = 0.6
+TIME_ONLY = 0.6
 """Share of the missing volts that depends on time alone where something acts on the motor from outside."""
 HALF = 0.5
 """Share of what a linear motor leaves that it may leave with a window of speeds which is the log's, where no effect is
@@ -44,7 +44,7 @@ class Left(NamedTuple):
 
     scored: Scored
     missing: MissingVolts
-    looks: tuple[Look, ...]
+    dependences: tuple[Dependence, ...]
 
 
 class Explanation(NamedTuple):
@@ -76,7 +76,7 @@ def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Ex
     """`recording`, whose linear motor `identify` has found as `fit`."""
     fit, study, search, found, before = _in_own_noise(_searched(recording, fit, request, seed))
     after = _left(study, found.fitted, seed) if found.named else before
-    if found.named and _from_outside(study, found, (*before.looks, *after.looks)):
+    if found.named and _is_disturbance(study, found, (*before.dependences, *after.dependences)):
         found, after = Found(found.linear, found.linear, (), {}, {}), before
     return Explanation(fit, study, search, found, before, after)
 
@@ -145,7 +145,7 @@ def _extended(now: _Searched, seed: int) -> Found:
     """What a search finds."""
     return extended(
         now.search,
-        lambda fitted: _left(now.study, fitted, seed).looks,
+        lambda fitted: _left(now.study, fitted, seed).dependences,
         lambda fitted: is_explained(now.study, fitted, now.search.linear),
     )
 
@@ -186,18 +186,18 @@ def _left(study: Study, fitted: Fitted, seed: int) -> Left:
     after = scored(study.solver, fitted.motor, study.recording, study.packed, fitted.speeds)
     linear = fitted.motor.linear
     missing = missing_volts(study.recording, after.traces, float(linear.gain), float(linear.pole))
-    return Left(after, missing, looks(missing, seed))
+    return Left(after, missing, dependences(missing, seed))
 
 
-def _from_outside(study: Study, found: Found, seen: tuple[Look, ...]) -> bool:
+def _is_disturbance(study: Study, found: Found, seen: tuple[Dependence, ...]) -> bool:
     """By what is `seen` before and after, something outside moves the motor, which the effects only seem to explain."""
-    outside = any(map(is_from_outside, seen))
+    outside = any(map(depends_on_time_only, seen))
     return study.packed.observation.floor_known and outside and not is_explained(study, found.fitted, found.linear)
 
 
-def is_from_outside(look: Look) -> bool:
+def depends_on_time_only(dependence: Dependence) -> bool:
     """Most of what is left depends on time alone."""
-    return look.outside and look.share > OUTSIDE
+    return dependence.time_only and dependence.share > TIME_ONLY
 
 
 def is_explained(study: Study, fitted: Fitted, linear: Fitted) -> bool:

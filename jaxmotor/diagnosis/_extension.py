@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable, Sequence
 
 from jaxmotor.diagnosis._found import COARSE, EXPLAINED, Found
 from jaxmotor.diagnosis._free import with_effect, without_effect
-from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._residual_dependence import Dependence
 from jaxmotor.diagnosis._score_test import best_beside
 from jaxmotor.diagnosis._search import GROWS, LEAST, Search
 from jaxmotor.diagnosis._solve import Fitted
@@ -36,7 +36,7 @@ BESIDE = 0.05
 at once in their place."""
 PROMISE = 0.02
 """Part of the mean square that the score of a law must promise to take up."""
-Seen = Callable[[Fitted], Iterable[Look]]
+Seen = Callable[[Fitted], Iterable[Dependence]]
 
 
 def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool]) -> Found:
@@ -62,7 +62,7 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
     for _ in range(MORE):
         before = set(found.fitted.names)
         last(search.visited.fitted.get(frozenset(before), found.fitted))
-        found = search.settled(search.visited.best())
+        found = search.as_found(search.visited.best())
         if is_explained(found.fitted) or set(found.fitted.names) == before:
             break
     return found
@@ -88,14 +88,14 @@ def _of_one_law(search: Search, found: Found) -> Found:
         base = search.solver.fit(rest, own.speeds, COARSE)
         _try(search, [base], [start for one in last if one.over in twice for start in one.starts(search.rig)], bar)
     best = search.visited.best()
-    return found if set(best.names) == set(own.names) else search.settled(best)
+    return found if set(best.names) == set(own.names) else search.as_found(best)
 
 
-def _starts(search: Search, own: Fitted, looks: Iterable[Look]) -> list[AbstractEffect]:
-    """What may be tried beside `own`, whose residual `looks` are of."""
+def _starts(search: Search, own: Fitted, dependences: Iterable[Dependence]) -> list[AbstractEffect]:
+    """What may be tried beside `own`, whose residual `dependences` are of."""
     last = [effect for effect in search.solver.request.asked() if effect.sought_last]
     plain = [start for effect in last for start in effect.starts(search.rig)]
-    waves = [look.frequency_Hz for look in looks if look.frequency_Hz is not None and look.beyond_chance]
+    waves = [one.frequency_Hz for one in dependences if one.frequency_Hz is not None and one.beyond_chance]
     starts: list[AbstractEffect] = []
     for start in plain:
         if isinstance(start, AbstractStepInTime):

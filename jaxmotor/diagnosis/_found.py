@@ -25,14 +25,14 @@ class Named:
     """One effect of the motor that was found, and what else could be in its place."""
 
     name: str
-    rivals: tuple[Fitted, ...]
+    alternatives: tuple[Fitted, ...]
     """Motors with another effect in its place, the best first."""
     probability: float
     """The sum of the weights of all models that have it."""
     with_equal: float
     """The same with effects that are not told from it."""
     equal: frozenset[str]
-    """The same: effects of `rivals` that blocks left out do not tell from it."""
+    """The same: effects of `alternatives` that blocks left out do not tell from it."""
     unexplained_share: float
     """Of the residual that a motor without it leaves, beside the noise, the share that stays unexplained with it."""
 

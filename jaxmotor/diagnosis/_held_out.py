@@ -1,11 +1,11 @@
-"""What the extended motor is worth on data that it was not fitted to."""
+"""Scores of both motors on held-out segments."""
 
 import dataclasses
 import math
 
 import numpy as np
 
-from jaxmotor.diagnosis._diagnosis import Intervals, Worth
+from jaxmotor.diagnosis._diagnosis import BeforeAfter, Intervals
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, Found
 from jaxmotor.diagnosis._free import without_effect
 from jaxmotor.diagnosis._score import Scored, chi2_interval, scored, speed_intervals
@@ -81,9 +81,9 @@ def _scored(study: Study, test: Solver, fitted: Fitted) -> Scored:
     return scored(test, motor, study.recording, study.packed, fitted.speeds)
 
 
-def worth_of(
+def before_after(
     segments: tuple[int, ...], before: Scored, after: Scored, seed: int, in_part: tuple[int, ...] = ()
-) -> Worth:
+) -> BeforeAfter:
     def intervals(one: Scored) -> Intervals:
         rmse, fit = speed_intervals(one.traces, seed)
         return Intervals(
@@ -92,7 +92,7 @@ def worth_of(
             Interval(one.score.fit_percent, *fit),
         )
 
-    return Worth(
+    return BeforeAfter(
         segments,
         in_part,
         before.score,

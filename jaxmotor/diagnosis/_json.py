@@ -4,11 +4,11 @@ import dataclasses
 from typing import Any
 
 from jaxmotor._json import plain
-from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Worth
+from jaxmotor.diagnosis._diagnosis import BeforeAfter, Diagnosis, FoundEffect
 from jaxmotor.diagnosis._learned_law import LearnedLaw
-from jaxmotor.diagnosis._looks import Look
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._missing import MissingVolts
+from jaxmotor.diagnosis._residual_dependence import Dependence
 from jaxmotor.estimate import open_to_json
 from jaxmotor.prediction import noise_to_json
 from jaxmotor.validation import Interval
@@ -18,7 +18,7 @@ FORMAT = 2
 
 def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
     """`diagnosis` as an object; numbers that are not known are null."""
-    linear, motor, look = diagnosis.linear.linear, diagnosis.motor.linear, diagnosis.looks_like
+    linear, motor, like = diagnosis.linear.linear, diagnosis.motor.linear, diagnosis.looks_like
     content = {
         "format": FORMAT,
         "recording": diagnosis.recording,
@@ -35,12 +35,15 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "disturbances": [_effect(found) for found in diagnosis.disturbances],
         "timing": None if diagnosis.timing is None else dataclasses.asdict(diagnosis.timing),
         "speed_average": None if diagnosis.average is None else dataclasses.asdict(diagnosis.average),
-        "held_out": _worth(diagnosis.held_out),
-        "whole": _worth(diagnosis.whole),
+        "held_out": _before_after(diagnosis.held_out),
+        "whole": _before_after(diagnosis.whole),
         "closed_loop": [_loop(gain) for gain in diagnosis.closed_loop],
-        "looks_like": None if look is None else {"coordinate": look.coordinate, "text": look.text},
+        "looks_like": None if like is None else {"coordinate": like.coordinate, "text": like.text},
         "missing_volts": {"before": _volts(diagnosis.missing), "after": _volts(diagnosis.left)},
-        "looks": {"before": _looks(diagnosis.looks), "after": _looks(diagnosis.left_looks)},
+        "looks": {
+            "before": _dependences(diagnosis.dependences),
+            "after": _dependences(diagnosis.unexplained_dependences),
+        },
         "learned": [_learned(law) for law in diagnosis.learned],
         "experiments": [
             {"text": one.text, "separates": list(one.separates), "plan": one.plan} for one in diagnosis.experiments
@@ -57,8 +60,8 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
         "standard_error": found.standard_error,
         "held_out_gain_percent": found.held_out_gain_percent,
         "rivals": [
-            {"name": rival.name, "chi2_excess": rival.chi2_excess, "inseparable": rival.inseparable}
-            for rival in found.rivals
+            {"name": one.name, "chi2_excess": one.chi2_excess, "inseparable": one.inseparable}
+            for one in found.alternatives
         ],
         "not_identifiable": list(found.unknown),
         "probability": min(found.probability, 1.0),
@@ -70,24 +73,24 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
     }
 
 
-def _worth(worth: Worth) -> dict[str, Any]:
-    before, after = worth.before, worth.after
+def _before_after(scores: BeforeAfter) -> dict[str, Any]:
+    before, after = scores.before, scores.after
     intervals = {}
-    for when, known in (("before", worth.before_intervals), ("after", worth.after_intervals)):
+    for when, known in (("before", scores.before_intervals), ("after", scores.after_intervals)):
         intervals[f"chi2_{when}_interval"] = known.chi2_per_sample[1:]
         intervals[f"rmse_rad_s_{when}_interval"] = known.rmse_rad_s[1:]
         intervals[f"fit_percent_{when}_interval"] = known.fit_percent[1:]
     return intervals | {
-        "segments": list(worth.segments),
-        "segments_in_part": list(worth.in_part),
+        "segments": list(scores.segments),
+        "segments_in_part": list(scores.in_part),
         "chi2_before": before.chi2_per_sample,
         "chi2_after": after.chi2_per_sample,
         "fit_percent_before": before.fit_percent,
         "fit_percent_after": after.fit_percent,
-        "angle_fit_percent_before": worth.angle_fit_percent_before,
-        "angle_fit_percent_after": worth.angle_fit_percent_after,
-        "drift_chi2_before": worth.drift_before,
-        "drift_chi2_after": worth.drift_after,
+        "angle_fit_percent_before": scores.angle_fit_percent_before,
+        "angle_fit_percent_after": scores.angle_fit_percent_after,
+        "drift_chi2_before": scores.drift_before,
+        "drift_chi2_after": scores.drift_after,
         "rmse_rad_s_before": before.rmse_rad_s,
         "rmse_rad_s_after": after.rmse_rad_s,
         "rmse_counts_before": before.rmse_counts,
@@ -121,9 +124,10 @@ def _volts(missing: MissingVolts) -> dict[str, float]:
     return {"rms_V": missing.rms_V, "noise_V": missing.noise_V}
 
 
-def _looks(looks: tuple[Look, ...]) -> list[dict[str, Any]]:
+def _dependences(dependences: tuple[Dependence, ...]) -> list[dict[str, Any]]:
     return [
-        {"coordinate": look.coordinate, "text": look.text, "share": look.share, "chance": look.chance} for look in looks
+        {"coordinate": like.coordinate, "text": like.text, "share": like.share, "chance": like.chance}
+        for like in dependences
     ]
 
 

@@ -50,13 +50,13 @@ class Shape(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LearnedLaw:
-    """A voltage that the motor lacks, as a function of one coordinate."""
+    """Residual voltage as a function of one coordinate."""
 
     coordinate: LearnedCoordinate
     at: np.ndarray
     """(n,) places [rad/s, V, rad within a turn, s since the recording began]."""
     volts: np.ndarray
-    """(n,) that the motor lacks there [V]."""
+    """(n,) residual voltage there [V]."""
     standard_error: np.ndarray
     """(n,) pointwise [V]."""
     share: float

@@ -70,26 +70,26 @@ def _beside(solver: Solver, fitted: Fitted) -> list[Hidden]:
 
 def _columns(solver: Solver, fitted: Fitted) -> list[np.ndarray]:
     """(n,) what one unit of each of `HIDDEN` changes in the residual [standard deviations]."""
-    lanes = solver.trial.problem.lanes
-    volts = np.asarray(lanes.volts)
+    batch = solver.trial.problem.batch
+    volts = np.asarray(batch.volts)
     plain, before = solver.residual_of(fitted.motor, fitted.speeds)
-    turning = np.where(solver.trial.valid, np.asarray(lanes.observed) - plain, 0.0)
+    turning = np.where(solver.trial.valid, np.asarray(batch.observed) - plain, 0.0)
     delays = [float(effect.delay()) for effect in fitted.motor.effects if isinstance(effect, AbstractDelayEffect)]
-    turning = _earlier(turning, sum(delays) / float(np.median(np.asarray(lanes.duration))))
+    turning = _earlier(turning, sum(delays) / float(np.median(np.asarray(batch.duration))))
     found = []
-    for drive in drives(to_jax(volts), to_jax(np.asarray(lanes.reset)), to_jax(turning)):
+    for drive in drives(to_jax(volts), to_jax(np.asarray(batch.reset)), to_jax(turning)):
         other = Solver(_under(solver.trial, to_jax(volts + SMALL * np.asarray(drive))))
         found.append((other.residual_of(fitted.motor, fitted.speeds)[1] - before) / SMALL)
     return [*found, fitted.jacobian[:, PRIOR[0]]]
 
 
 def _earlier(rows: np.ndarray, by: float) -> np.ndarray:
-    """(lane, row) `rows` earlier `by` rows: what a torque depends on, as the voltage that acts with it."""
+    """(sequence, row) `rows` earlier `by` rows: what a torque depends on, as the voltage that acts with it."""
     at = np.arange(rows.shape[1])
-    return np.stack([np.interp(at + by, at, lane, right=0.0) for lane in rows])
+    return np.stack([np.interp(at + by, at, sequence, right=0.0) for sequence in rows])
 
 
 def _under(trial: Trial, volts: Array) -> Trial:
-    """`trial` with other `volts` (lane, row)."""
-    lanes = trial.problem.lanes._replace(volts=volts)  # pyright: ignore[reportArgumentType]
-    return dataclasses.replace(trial, problem=dataclasses.replace(trial.problem, lanes=lanes))
+    """`trial` with other `volts` (sequence, row)."""
+    batch = trial.problem.batch._replace(volts=volts)  # pyright: ignore[reportArgumentType]
+    return dataclasses.replace(trial, problem=dataclasses.replace(trial.problem, batch=batch))

@@ -1,4 +1,4 @@
-"""Both motors in closed loops that they were not fitted to: what knowing the effects is worth to a controller."""
+"""Both motors in held-out closed loops: how much the effects improve the prediction of a controller."""
 
 import dataclasses
 
@@ -60,7 +60,7 @@ def _refitted(solver: Solver, fitted: Fitted) -> Fitted:
 
 def _drawn(fitted: Fitted, study: Study, solver: Solver, seed: int) -> Motor:
     """A batch: the fitted motor, then draws from its covariance."""
-    block = np.asarray(study.packed.lanes.cluster).reshape(-1)[solver.cells]
+    block = np.asarray(study.packed.batch.cluster).reshape(-1)[solver.cells]
     spread = covariance(fitted, block)
     layout = fitted.layout
     # What is not known at all is left as it is.

@@ -27,7 +27,7 @@ class MissingVolts:
     """One element per window, over all fitted segments."""
 
     volts: np.ndarray
-    """Voltage that the model lacks [V]."""
+    """Residual voltage [V]."""
     time_s: np.ndarray
     """Middle of the window since the recording began [s]."""
     speed_rad_s: np.ndarray
@@ -57,7 +57,7 @@ class MissingVolts:
 
 
 def missing_volts(recording: Recording, traces: tuple[Trace, ...], gain: float, pole: float) -> MissingVolts:
-    """What a motor lacks that made `traces` of `recording`, where ticks are even and none is lost in a window.
+    """Residual voltage of the motor that made `traces` of `recording`, where ticks are even and a window lost none.
 
     `gain` [rad/s/V] and `pole` [rad/s] are those of its linear part.
     """

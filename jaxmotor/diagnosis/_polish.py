@@ -1,4 +1,4 @@
-"""A better fit beside one that is caught: the cost of a law with contacts has many dips, each a little off.
+"""A better fit beside a local minimum: the cost of a law with contacts has many, each a little off.
 
 Sizes of such a law are drawn around those found, the other parameters going with them as the linearisation says; the
 best of them are fitted, and the next round starts from there.

@@ -1,7 +1,7 @@
 """What effects are to each other in a search: which can be together, which are alike, and which are usual.
 
-Each class says its part (`AbstractEffect.same_as`, `excludes`, `contains`, `kin`); what one says of another holds both
-ways.
+Each class says its part (`AbstractEffect.same_as`, `excludes`, `contains`, `relatives`); what one says of another
+holds both ways.
 """
 
 from collections.abc import Iterable, Mapping
@@ -37,7 +37,7 @@ class Relations:
         """The special cases of an effect."""
         return tuple(simple for simple in self.known[name].contains if simple in self.known)
 
-    def kin(self, name: str) -> Group:
+    def relatives(self, name: str) -> Group:
         """The effects that are alike, with the effect itself; none where it is alone."""
         return next((group for group in self.alike if name in group), ())
 
@@ -45,7 +45,9 @@ class Relations:
         """The effects that may do a part of what an effect does: those that are alike, or are like its special cases.
         Laws that are sought last, and what is the log's, share with none."""
         special = self.simpler(name) if name in self.known and not self.known[name].sought_last else ()
-        return tuple(dict.fromkeys((*self.kin(name), *(near for simple in special for near in self.kin(simple)))))
+        return tuple(
+            dict.fromkeys((*self.relatives(name), *(near for simple in special for near in self.relatives(simple))))
+        )
 
     def families(self) -> dict[str, Group]:
         """The effects of each family (`AbstractEffect.family`)."""
@@ -79,8 +81,8 @@ def groups(effects: Iterable[Kind]) -> tuple[Group, ...]:
     """Names of effects that are alike, in the order in which they are stated; no name is in two groups."""
     found: list[Group] = []
     for effect in effects:
-        if effect.kin:
-            own = (effect.name, *effect.kin)
+        if effect.relatives:
+            own = (effect.name, *effect.relatives)
             near = [group for group in found if set(group) & set(own)]
             joined = tuple(dict.fromkeys(name for group in (*near, own) for name in group))
             found = [*(group for group in found if group not in near), joined]

@@ -9,7 +9,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import shown
 from jaxmotor.motor.effects import AbstractEffect, check_relations, known_effect, vocabulary
 
-STAGES = ("linear fit", "effects", "held-out scoring", "what is left open", "done")
+STAGES = ("linear fit", "effects", "held-out scoring", "open hypotheses", "done")
 Asked = str | type[AbstractEffect] | Iterable[str | type[AbstractEffect]]
 """Effects by their names, or classes of one's own; one of them, or several."""
 

@@ -10,23 +10,25 @@ from jaxmotor.prediction import residuals
 
 
 @program
-def residuals_program(motors: Motor, speeds: Float[Array, "batch k"], trial: Trial) -> Arrays:
+def residuals_program(motors: Motor, speeds: Float[Array, "motors k"], trial: Trial) -> Arrays:
     """Of each of a batch of motors whose pieces begin at `speeds`: the `plain` residual [units] and its `drift`.
 
-    Rows come first (row, batch, lane), as they are walked through.
+    Rows come first (row, motor, sequence), as they are walked through.
     """
     plain = residuals(motors, speeds, trial)
     return {"plain": plain, "drift": drift(plain, trial)}
 
 
-def drift(plain: Float[Array, "row batch lane"], trial: Trial) -> Float[Array, "row batch lane"]:
+def drift(plain: Float[Array, "row motors sequence"], trial: Trial) -> Float[Array, "row motors sequence"]:
     """`plain` residuals passed through 1/(1 - ρ z⁻¹), anew in each piece.
 
     Differences of counts hardly show a small torque, positions hardly forgive a wrong initial one; a drift over
     twenty ticks is between the two (ρ = 0: differences; ρ = 1: positions).
     """
 
-    def row(before: Float[Array, "batch lane"], now) -> tuple[Float[Array, "batch lane"], Float[Array, "batch lane"]]:
+    def row(
+        before: Float[Array, "motors sequence"], now
+    ) -> tuple[Float[Array, "motors sequence"], Float[Array, "motors sequence"]]:
         residual, begins = now
         after = residual + jnp.where(begins, 0.0, trial.memory)[None, :] * before
         return after, after

@@ -14,10 +14,10 @@ def rounding_chi2(solver: Solver, fitted: Fitted) -> float:
     The motion that it predicts is counted from a random encoder offset in each piece.
     """
     plain, _ = solver.residual_of(fitted.motor, fitted.speeds)
-    lanes, keep = solver.trial.problem.lanes, float(solver.trial.memory)
-    valid, piece = np.asarray(lanes.valid), np.asarray(lanes.piece)
+    batch, keep = solver.trial.problem.batch, float(solver.trial.memory)
+    valid, piece = np.asarray(batch.valid), np.asarray(batch.piece)
     begins = np.asarray(solver.trial.problem.begins)
-    turned = np.where(valid, np.asarray(lanes.observed) - plain, 0.0)
+    turned = np.where(valid, np.asarray(batch.observed) - plain, 0.0)
     after = np.cumsum(turned, axis=1)
     offsets = np.random.default_rng(0).random((DRAWS, int(piece.max()) + 1))[:, piece]
     error = np.floor(after + offsets) - np.floor(after - turned + offsets) - turned

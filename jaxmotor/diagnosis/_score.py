@@ -99,5 +99,5 @@ def _limits(values: np.ndarray) -> tuple[float, float]:
 
 
 def _only(packed: Packed, used: np.ndarray) -> Packed:
-    lanes = packed.lanes._replace(valid=used)
-    return dataclasses.replace(packed, lanes=lanes)
+    batch = packed.batch._replace(valid=used)
+    return dataclasses.replace(packed, batch=batch)

@@ -82,7 +82,7 @@ def late(motor: Motor) -> float:
     return sum((float(one.delay()) for one in motor.effects if isinstance(one, AbstractDelayEffect)), 0.0)
 
 
-def seen_late(motor: Motor) -> float:
+def apparent_delay(motor: Motor) -> float:
     """The same of the readings: a mean over a window is half of that late."""
     windows = [float(one.length_s) for one in motor.effects if isinstance(one, SpeedWindow)]
     return late(motor) + sum(windows, 0.0) / 2

@@ -18,7 +18,7 @@ from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
 from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._relations import Relations
-from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, candidates, effect_columns, seen_late
+from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, apparent_delay, candidates, effect_columns
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._visited import FAR, Names, Visited
 from jaxmotor.motor import Motor
@@ -33,7 +33,7 @@ from jaxmotor.motor.effects import (
 FIRST, LATER = 7, 5
 """Candidates that are fitted beside the linear motor, and beside others."""
 RELATED = 2
-"""Of these, most that are alike (`Relations.kin`)."""
+"""Of these, most that are alike (`Relations.relatives`)."""
 BEAM = 3
 FEW, DEPTH = 2, 4
 """Effects in one motor: those after which laws that are sought last are tried, and at most."""
@@ -58,7 +58,7 @@ HINT = 0.5
 CONTESTS = 3
 LEADERS = 2
 """Of the candidates, those that are fitted before the others."""
-RIVALS = 4
+ALTERNATIVES = 4
 """In each effect's place, those that are fitted anew in a recording that has changed a little."""
 AGAIN = 6
 """Steps of such a fit, which begins near its end."""
@@ -76,10 +76,10 @@ class Search:
         """What is the log's: no candidate, and no cause."""
         self.tried: set[Names] = set()
         self.shared: set[Names] = set()
-        """Models of which an effect's size has been shared with its kin."""
+        """Models of which an effect's size has been shared with its relatives."""
         self.shortened: list[Fitted] = []
         """Those whose effects have been left out in turn."""
-        self.contested: list[Fitted] = []
+        self.challenged: list[Fitted] = []
         """Those in which effects that are alike have been tried in each other's place."""
         self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
 
@@ -101,12 +101,12 @@ class Search:
                     break
             best = [names for names in larger[:BEAM] if weight[names] > HOPELESS * most]
             beam = [self.visited.fitted[names] for names in dict.fromkeys([*best, *self._simpler(best[0])])]
-        return self.settled(self.visited.best())
+        return self.as_found(self.visited.best())
 
-    def settled(self, fitted: Fitted) -> Found:
+    def as_found(self, fitted: Fitted) -> Found:
         """The best model near `fitted`, with the alternatives to each of its effects."""
         for _ in range(CONTESTS):
-            self._contest(fitted)
+            self._challenge(fitted)
             better = self.visited.best()
             if better is fitted:
                 break
@@ -135,7 +135,7 @@ class Search:
             return self.solver.fit(motor, speeds, COARSE, AGAIN)
 
         self.visited.keep(side_by_side(fit, before.worth_keeping()))
-        return self.settled(self.visited.best())
+        return self.as_found(self.visited.best())
 
     def worth_keeping(self) -> list[Fitted]:
         """The likely models; beside the best one those with another effect in a place, or with a curve more."""
@@ -145,7 +145,7 @@ class Search:
         kept += [names for names in known if names > best and len(names) == len(best) + 1 and _is_learned(known[names])]
         for name in best - self.own:
             others = [names for names in known if len(names) == len(best) and best - {name} < names]
-            kept += [best - {name}, *sorted(others, key=lambda names: known[names].chi2)[: RIVALS + 1]]
+            kept += [best - {name}, *sorted(others, key=lambda names: known[names].chi2)[: ALTERNATIVES + 1]]
         return [known[names] for names in dict.fromkeys(kept) if names in known]
 
     def _simpler(self, names: Names) -> list[Names]:
@@ -157,14 +157,14 @@ class Search:
     def _causes(self, fitted: Fitted) -> list[str]:
         return [name for name in fitted.names if name not in self.own]
 
-    def _contest(self, fitted: Fitted) -> None:
+    def _challenge(self, fitted: Fitted) -> None:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
         bases = self.without_each(fitted)
         # A curve leaves little to imitate, and each further effect beside one takes long.
         self._extend([base for base in bases if not _is_learned(base)], LATER, FAR * fitted.chi2)
-        if fitted in self.contested:
+        if fitted in self.challenged:
             return
-        self.contested.append(fitted)
+        self.challenged.append(fitted)
         swapped = [(fitted, motor) for motor in self._likewise(fitted, beside=False)]
         # Of two that are alike one may do the work of a third.
         for base in bases:
@@ -176,13 +176,13 @@ class Search:
         """`fitted` with effects that are alike in each other's place, or `beside` each other with half the size."""
         motors = []
         for effect in fitted.motor.effects:
-            kin = self.relations.sharing(effect.name) if beside else self.relations.kin(effect.name)
+            relatives = self.relations.sharing(effect.name) if beside else self.relations.relatives(effect.name)
             size = abs(float(getattr(effect, next(iter(parameters(effect)), ""), 0.0)))
             size = 0.5 * size if beside else size
             bare = without_effect(fitted.motor, effect.name)
-            rest = with_effect(bare, effect.scaled(0.5)) if beside and kin else bare
+            rest = with_effect(bare, effect.scaled(0.5)) if beside and relatives else bare
             names = self.solver.request.effects.difference(fitted.names, self.relations.barred(rest.effects))
-            others = [self.relations.known[name] for name in kin if name in names]
+            others = [self.relations.known[name] for name in relatives if name in names]
             motors += [with_effect(rest, _sized(other, size)) for other in others]
         return motors
 
@@ -232,7 +232,7 @@ class Search:
         order = [name for name in sorted(ranked, key=lambda name: ranked[name][0].chi2) if name not in barred]
         chosen: list[str] = []
         for name in order:
-            alike = set(self.relations.kin(name)).intersection(chosen)
+            alike = set(self.relations.relatives(name)).intersection(chosen)
             if len(chosen) < most and len(alike) < RELATED and not self.relations.is_told(name, chosen):
                 chosen.append(name)
         return chosen + [name for name in also if name in order and name not in chosen]
@@ -344,16 +344,16 @@ class Search:
         others.sort(key=lambda names: -weight[names])
         equal = [names for names in others if weight[names] > EQUAL * weight[frozenset(fitted.names)]]
         alike = frozenset(other for names in equal for other in names - rest)
-        rivals = tuple(self.visited.fitted[names] for names in others)
+        alternatives = tuple(self.visited.fitted[names] for names in others)
         probability = (self.visited.probability(name), self.visited.probability(name, *alike))
         shorter = self.visited.fitted.get(rest)
         share = 0.0 if shorter is None else self.explained.share_left(fitted, shorter.chi2)
-        return Named(name, rivals, *probability, alike, share)
+        return Named(name, alternatives, *probability, alike, share)
 
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         """The candidates' columns at about the gain and pole of `base`."""
         for near, known in self.scores:
-            later = abs(seen_late(near.motor) - seen_late(base.motor))
+            later = abs(apparent_delay(near.motor) - apparent_delay(base.motor))
             if np.abs(near.free[:2] - base.free[:2]).max() < NEAR and later < 0.5 * self.rig.period_s:
                 return known
         found = effect_columns(self.solver, base, self.rig, self.solver.request.asked())

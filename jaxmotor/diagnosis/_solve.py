@@ -29,7 +29,7 @@ from jaxmotor.prediction import SPEED_STEP, first_speeds, without_initial_speeds
 
 STEPS = 25
 WIDE_STEPS, WIDE_TOLERANCE = 8, 2e-4
-"""Of laws with events: their cost has dips of that depth."""
+"""Of laws with events: their cost has local minima of that depth."""
 SURE, HOPE = 2, 3.0
 """Steps after which a fit may be given up, and how many times what a step promises it may still hope for."""
 CRAWLED = 3
@@ -62,7 +62,7 @@ class Fitted:
     """Drift of the rows [standard deviations of the encoder's own]."""
     jacobian: Float[np.ndarray, "n p"]
     """Of `residual`, initial speeds projected out."""
-    settled: bool
+    converged: bool
     """The last step promised less than `tolerance`."""
     variance: float = 1.0
     """Of residuals that the priors were weighed against."""
@@ -86,7 +86,7 @@ class Fitted:
 
 
 class Solver:
-    """Fits motors to the rows of one trial; `rows` (lane, row) chooses which count.
+    """Fits motors to the rows of one trial; `rows` (sequence, row) chooses which count.
 
     Priors are weighed against the variance that the residual has in sums over blocks, not against that of single rows:
     what a motor leaves unexplained is alike in many of them. With H = JᵀJ and g_b the sum of Jᵀr over block b it is
@@ -106,15 +106,15 @@ class Solver:
         self.given = to_jax(trial)
         """The same as arrays of JAX: programs would copy numpy's each time."""
         self.cells = np.flatnonzero(trial.valid if rows is None else trial.valid & rows)
-        lanes = trial.problem.lanes
-        lane, row = np.unravel_index(self.cells, trial.valid.shape)
-        self.places = row * len(trial.valid) + lane
+        batch = trial.problem.batch
+        sequence, row = np.unravel_index(self.cells, trial.valid.shape)
+        self.places = row * len(trial.valid) + sequence
         """The same where rows come first."""
-        self.piece = np.asarray(lanes.piece).reshape(-1)[self.cells]
-        self.block = np.unique(np.asarray(lanes.cluster).reshape(-1)[self.cells], return_inverse=True)[1]
+        self.piece = np.asarray(batch.piece).reshape(-1)[self.cells]
+        self.block = np.unique(np.asarray(batch.cluster).reshape(-1)[self.cells], return_inverse=True)[1]
         """(n,) number of the block of each row: only blocks are taken to be independent."""
         self.pieces = trial.problem.pieces + 1
-        self.free_pieces = bool(np.any(lanes.free))
+        self.free_pieces = bool(np.any(batch.free))
         self.scale = 1 / math.sqrt(trial.variance)
         self.is_short = int(trial.used) * int(trial.steps) * len(trial.valid) <= SHORT
         self.window_s = float(trial.problem.window) if trial.problem.kind == "window" else None
@@ -135,12 +135,12 @@ class Solver:
         return np.concatenate(side_by_side(part, begins) if self.is_short else [part(begin) for begin in begins])
 
     def residual_of(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(lane, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
+        """(sequence, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
         found = self._program(*jax.tree.flatten((self._shared(together([motor])), speeds[None])))
         return np.asarray(found["plain"])[:, 0].T, self.rows(found["drift"])[0]
 
     def rows(self, drift: Any) -> np.ndarray:
-        """(k, n) of `drift` (row, k, lane), the rows that count [standard deviations]."""
+        """(k, n) of `drift` (row, k, sequence), the rows that count [standard deviations]."""
         each = np.moveaxis(np.asarray(drift), 1, 0)
         with np.errstate(over="ignore"):
             return np.take(each.reshape(len(each), -1), self.places, axis=1) * self.scale
@@ -196,7 +196,7 @@ class Solver:
         if is_wide(motor.effects):
             tolerance, steps = max(tolerance, WIDE_TOLERANCE), min(steps, WIDE_STEPS)
         at = self._at(motor, free, speeds)
-        settled, crawled, astray = False, 0, 0
+        converged, crawled, astray = False, 0, 0
         for number in range(steps):
             # What is left, and with it the weight of priors, changes as a fit goes on.
             layout = layout_of(motor.effects, block_variance(at.projected, at.jacobian, self.block))
@@ -205,7 +205,7 @@ class Solver:
             part = max(tolerance, ROUGH) if square > far * len(at.residual) else tolerance
             least = part * max(square, len(at.residual))
             if step is None or step.promise < least:
-                settled = step is not None
+                converged = step is not None
                 break
             before = self._cost(at, layout)
             if number >= SURE and before - HOPE * step.hope > bar * len(at.residual):
@@ -215,7 +215,7 @@ class Solver:
                 break
             at, gain = new, before - self._cost(new, layout)
             if gain < 0.001 * before and step.promise < 10 * least:
-                settled = True
+                converged = True
                 break
             crawled = crawled + 1 if gain < min(0.1 * step.promise, 0.01 * before) else 0
             astray = 0 if self._is_possible(motor, at.free) else astray + 1
@@ -227,7 +227,7 @@ class Solver:
             at.speeds,
             at.residual,
             at.jacobian,
-            settled,
+            converged,
             block_variance(at.projected, at.jacobian, self.block),
         )
 
@@ -324,7 +324,7 @@ class _Step:
 
 def block_variance(residual: np.ndarray, jacobian: np.ndarray, block: np.ndarray) -> float:
     """Of `residual` (n,), at least 1, as its sums over blocks `block` (n,) have it in the directions of `jacobian`
-    (n, p); 1 where a motor is too wild to say."""
+    (n, p); 1 where a motor diverges."""
     if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
         return 1.0
     normal = np.einsum("np,nq->pq", jacobian, jacobian)

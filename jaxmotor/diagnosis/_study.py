@@ -8,7 +8,7 @@ from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._split import Part
 from jaxmotor.diagnosis._trial import Trial, rig_of, trial_of
-from jaxmotor.prediction import PADDED, Noise, Packed, lowered, pack, without_beginnings
+from jaxmotor.prediction import PADDED, Noise, Packed, lowered, pack, without_transients
 from jaxmotor.recording import Recording
 
 
@@ -31,7 +31,7 @@ class Study:
         return study_of(self.recording, self.pole_rad_s, self.timed, self.solver.request, noise)
 
     def rows(self, parts: tuple[Part, ...]) -> np.ndarray:
-        """(lane, row) those of `parts`."""
+        """(sequence, row) those of `parts`."""
         segment, row = self.packed.segment_of, self.packed.row_of
         own = [(segment == index) & (rows.start <= row) & (row < rows.stop) for index, rows in parts]
         return np.logical_or.reduce(own)
@@ -49,16 +49,16 @@ def study_of(
     moving = tuple(
         index for index, segment in enumerate(recording.segments) if segment.kind != "rest" and len(segment) >= 2
     )
-    shape = PADDED._replace(lanes=_lanes([len(recording.segments[k]) for k in moving]))
+    shape = PADDED._replace(batch=_sequences([len(recording.segments[k]) for k in moving]))
     packed = pack(recording, moving, shape, timed, noise=noise)
-    packed = without_beginnings(recording, packed)
+    packed = without_transients(recording, packed)
     trial = trial_of(recording, packed, pole)
     rig = rig_of(recording, trial)
     solver = Solver(trial, noise_known=packed.observation.floor_known, request=request, rig=rig)
     return Study(recording, packed, trial, solver, timed, pole)
 
 
-def _lanes(rows: list[int]) -> int:
+def _sequences(rows: list[int]) -> int:
     """As many as shorten what is simulated one row after the other; few numbers, for few programs."""
     if len(rows) == 1:
         return 1

@@ -47,9 +47,9 @@ def _memory(recording: Recording, packed: Packed) -> float:
 
 def rig_of(recording: Recording, trial: Trial) -> Rig:
     """What is known of the rig before any fit: what effects may be sought, and how large they may be."""
-    lanes, log = trial.problem.lanes, trial.measured_log
+    batch, log = trial.problem.batch, trial.measured_log
     speed = np.abs(np.asarray(log.speed))[: int(np.asarray(log.used))]
-    applied = np.unique(np.round(np.abs(np.asarray(lanes.volts)[trial.valid]), 6))
+    applied = np.unique(np.round(np.abs(np.asarray(batch.volts)[trial.valid]), 6))
     time = np.asarray(trial.time)[trial.valid]
     turns = trial.angle is not None and bool(np.ptp(np.asarray(trial.angle)[trial.valid]) > 2 * np.pi)
     return Rig(

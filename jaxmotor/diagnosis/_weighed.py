@@ -3,7 +3,7 @@
 import numpy as np
 
 from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME
-from jaxmotor.diagnosis._diagnosis import FoundEffect, Rival
+from jaxmotor.diagnosis._diagnosis import Alternative, FoundEffect
 from jaxmotor.diagnosis._errors import differs, effect_errors
 from jaxmotor.diagnosis._found import NONE, Found, Named
 from jaxmotor.diagnosis._held_out import HeldOut
@@ -15,7 +15,7 @@ from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._visited import falling
 from jaxmotor.motor.effects import LEARNED, OF_LOG, AbstractEffect, AbstractLearnedEffect, AbstractStepInTime
 
-RIVALS = 4
+ALTERNATIVES = 4
 FAR = 2.0
 """Times chi2 of the best motor, above which nobody asks how much worse another one is, exactly."""
 UNKNOWN = 0.5
@@ -26,7 +26,7 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
     rig = rig_of(study.recording, study.trial)
     errors = effect_errors(found.fitted, spread, rig)
     effects = []
-    rivals = _rivals(held, found)
+    alternatives = _alternatives(held, found)
     about = {named.name: named for named in found.named}
     for effect, error in zip(found.fitted.motor.effects, errors, strict=True):
         if isinstance(effect, OF_LOG):
@@ -43,7 +43,7 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
                 effect,
                 error,
                 gain,
-                rivals[own.name],
+                alternatives[own.name],
                 unknown,
                 probability=sure,
                 family_probability=with_equal,
@@ -86,21 +86,21 @@ def families(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]
     return falling({family: share for family, share in each.items() if family})
 
 
-def _rivals(held: HeldOut, found: Found) -> dict[str, tuple[Rival, ...]]:
+def _alternatives(held: HeldOut, found: Found) -> dict[str, tuple[Alternative, ...]]:
     """Of each effect."""
-    pairs = [(named, other) for named in found.named for other in named.rivals[:RIVALS]]
+    pairs = [(named, other) for named in found.named for other in named.alternatives[:ALTERNATIVES]]
     added = [_added(other, found) for _, other in pairs]
     far = FAR * held.fitted.chi2
     bars = [np.inf if one.name in named.equal else far for one, (named, _) in zip(added, pairs, strict=True)]
     drifts = side_by_side(
         lambda pair: held.drift(pair[0][1].motor, pair[0][1], pair[1]), list(zip(pairs, bars, strict=True))
     )
-    rivals: dict[str, list[Rival]] = {named.name: [] for named in found.named}
+    alternatives: dict[str, list[Alternative]] = {named.name: [] for named in found.named}
     for one, (named, _), drift in zip(added, pairs, drifts, strict=True):
         if drift <= held.before.drift:
             equal, wider = one.name in named.equal, named.name in one.contains
-            rivals[named.name].append(Rival(one.name, drift - held.after.drift, equal, wider))
-    return {name: tuple(sorted(its, key=lambda rival: rival.chi2_excess)) for name, its in rivals.items()}
+            alternatives[named.name].append(Alternative(one.name, drift - held.after.drift, equal, wider))
+    return {name: tuple(sorted(its, key=lambda one: one.chi2_excess)) for name, its in alternatives.items()}
 
 
 def indistinguishable_motors(found: Found, effects: tuple[FoundEffect, ...]) -> dict[tuple[str, str], Fitted]:
@@ -108,8 +108,8 @@ def indistinguishable_motors(found: Found, effects: tuple[FoundEffect, ...]) -> 
     indistinguishable = {}
     for named in found.named:
         [effect] = [effect for effect in effects if effect.name == named.name]
-        close = [rival.name for rival in effect.rivals if rival.inseparable and not rival.wider]
-        for other in named.rivals[:RIVALS]:
+        close = [one.name for one in effect.alternatives if one.inseparable and not one.wider]
+        for other in named.alternatives[:ALTERNATIVES]:
             name = _added(other, found).name
             if name in close:
                 indistinguishable[named.name, name] = other

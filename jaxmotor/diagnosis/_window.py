@@ -109,10 +109,10 @@ def average_of(study: Study, fitted: Fitted) -> SpeedAverage:
 def _unstated(recording: Recording, near: Fitted, request: Request) -> Study:
     """`recording` without the rows whose windows may begin before a piece that begins in motion."""
     study = study_of(recording, float(near.motor.linear.pole), request=request)
-    lanes, rows = study.packed.lanes, np.ones(study.trial.valid.shape, bool)
-    for lane, first in zip(*np.nonzero(lanes.free), strict=True):
-        own = np.flatnonzero(lanes.piece[lane] == lanes.piece[lane, first])
-        rows[lane, own[: min(LONGEST_ROWS, int((1 - KEPT) * len(own)))]] = False
+    batch, rows = study.packed.batch, np.ones(study.trial.valid.shape, bool)
+    for sequence, first in zip(*np.nonzero(batch.free), strict=True):
+        own = np.flatnonzero(batch.piece[sequence] == batch.piece[sequence, first])
+        rows[sequence, own[: min(LONGEST_ROWS, int((1 - KEPT) * len(own)))]] = False
     # Programs are those of logs that state their window.
     problem = dataclasses.replace(study.trial.problem, kind="window")
     trial = dataclasses.replace(study.trial, problem=problem)
@@ -156,7 +156,7 @@ class _Slope(NamedTuple):
     """(p,) of the free numbers [1/s]."""
 
     def error_s(self, study: Study, fitted: Fitted) -> float:
-        """Of the window of `fitted` [s]: by blocks, and never less than its rows are worth."""
+        """Of the window of `fitted` [s]: by blocks, and never less than by its rows alone."""
         pulls = np.bincount(study.solver.block, self.own * fitted.residual)
         per_reading = max(study.packed.observation.noise.rows_per_reading, 1.0)
         least = square_of(self.own) * fitted.chi2 * per_reading

@@ -1,5 +1,8 @@
 """From recordings to motors: sine fit, response fit, trajectory fit, and how sure each is."""
 
+from jaxmotor.estimate._assess import Assessment as Assessment
+from jaxmotor.estimate._assess import assess as assess
+from jaxmotor.estimate._assess import student_t as student_t
 from jaxmotor.estimate._compiled import response_program as response_program
 from jaxmotor.estimate._compiled import start_program as start_program
 from jaxmotor.estimate._compiled import trajectory_program as trajectory_program
@@ -10,7 +13,7 @@ from jaxmotor.estimate._fingerprint import fingerprint as fingerprint
 from jaxmotor.estimate._fit import Fit as Fit
 from jaxmotor.estimate._fit import Trace as Trace
 from jaxmotor.estimate._frequency_response import FrequencyResponse as FrequencyResponse
-from jaxmotor.estimate._identify import UNSETTLED as UNSETTLED
+from jaxmotor.estimate._identify import NOT_CONVERGED as NOT_CONVERGED
 from jaxmotor.estimate._identify import Prepared as Prepared
 from jaxmotor.estimate._identify import agreement as agreement
 from jaxmotor.estimate._identify import best_guess as best_guess
@@ -20,9 +23,6 @@ from jaxmotor.estimate._identify import needs_more_than_one_frequency as needs_m
 from jaxmotor.estimate._identify import prepare as prepare
 from jaxmotor.estimate._identify import scores as scores
 from jaxmotor.estimate._identify import sine_motor as sine_motor
-from jaxmotor.estimate._judge import Judgement as Judgement
-from jaxmotor.estimate._judge import judge as judge
-from jaxmotor.estimate._judge import student_t as student_t
 from jaxmotor.estimate._model import Model as Model
 from jaxmotor.estimate._model import ModelRig as ModelRig
 from jaxmotor.estimate._model_effects import effects_to_json as effects_to_json

@@ -18,11 +18,11 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor.estimate._assess import EVIDENCE, QUIET_CHI2, Assessment, assess, student_t
 from jaxmotor.estimate._estimate import Estimate, fit_whole
-from jaxmotor.estimate._judge import EVIDENCE, QUIET_CHI2, Judgement, judge, student_t
 from jaxmotor.estimate._speed_average import stated_window
 from jaxmotor.estimate._uncertainty import HIDDEN
-from jaxmotor.prediction import LAG_S, Noise, Packed, as_problem, pack, without_beginnings
+from jaxmotor.prediction import LAG_S, Noise, Packed, as_problem, pack, without_transients
 from jaxmotor.recording import Recording
 
 STARTS = {"window": (4.0, 10.0, 1.5, 20.0), "filter": (1.5, 4.0, 10.0)}
@@ -67,27 +67,27 @@ def explained(packed: Packed, estimate: Estimate) -> bool:
 
 def averaged(
     recording: Recording, fitted: tuple[int, ...], noise: Noise, psi: np.ndarray, seed: int
-) -> tuple[Packed, Estimate, Judgement] | None:
+) -> tuple[Packed, Estimate, Assessment] | None:
     """The fit with the average of the speeds, sought from the motor `psi` (3,); None where none is seen.
 
     `noise` is that of a speed while nothing is known of the average. None also where more than noise is left: friction
     may have been taken for an average.
     """
-    packed = without_beginnings(recording, pack(recording, fitted, rest_before=True, few_shapes=True, noise=noise))
+    packed = without_transients(recording, pack(recording, fitted, rest_before=True, few_shapes=True, noise=noise))
     search = _Search(recording, packed, psi, seed)
     chosen = search.chosen()
     if chosen is not None and "window" in chosen.of_log:
         # The noise is known once the window is.
         length = stated_window(recording, float(np.exp(chosen.psi[4])) * packed.durations[0])
         restated = dataclasses.replace(recording, speed_window_s=length)
-        search.packed = without_beginnings(recording, pack(restated, fitted, rest_before=True, few_shapes=True))
+        search.packed = without_transients(recording, pack(restated, fitted, rest_before=True, few_shapes=True))
         chosen = search.fit(chosen.of_log, chosen.psi)
     if chosen is None or not (
         float(chosen.estimate.errors.chi2) < QUIET_CHI2 or explained(search.packed, chosen.estimate)
     ):
         return None
     estimate = _only(chosen)
-    return search.packed, estimate, judge(recording, search.packed, *estimate, chosen.of_log, search.alike)
+    return search.packed, estimate, assess(recording, search.packed, *estimate, chosen.of_log, search.alike)
 
 
 class _Search:
@@ -109,7 +109,7 @@ class _Search:
         found = Candidate(of_log, estimate)
         sizes = np.array([np.exp(found.psi[3]) / self.packed.durations[0], np.exp(found.psi[4]), abs(found.psi[5])])
         plausible = sizes < (MOST_ROWS, MOST_ROWS, 1.0)
-        # A filter behind a motor does not swing.
+        # A filter behind a motor does not ring.
         plausible[0] &= found.psi[2] + found.psi[3] < np.log(0.25)
         return found if (plausible | held[3:]).all() else None
 

@@ -32,7 +32,7 @@ def fit_whole(recording: Recording, problem: Problem, psi: np.ndarray, seed: int
 def estimate_of(recording: Recording, found: dict[str, Any]) -> Estimate:
     """From the arrays of `trajectory_program`.
 
-    **Raises:** `JaxmotorError` where the fit did not settle.
+    **Raises:** `JaxmotorError` where the fit did not converge.
     """
     estimate = Estimate(
         Solution(**{name: found[name] for name in Solution._fields}),
@@ -40,7 +40,7 @@ def estimate_of(recording: Recording, found: dict[str, Any]) -> Estimate:
     )
     if not _settled(estimate):
         raise JaxmotorError(
-            f"{recording.name}: the fit did not settle in {MAX_STEPS} steps; the pole is not determined by this "
+            f"{recording.name}: the fit did not converge in {MAX_STEPS} steps; the pole is not determined by this "
             "recording, or a column has the wrong unit or sign: look at speed over voltage, and add steps or sines"
         )
     return estimate

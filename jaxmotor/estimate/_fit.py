@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from jaxmotor._shown import Row, Shown
+from jaxmotor.estimate._assess import Assessment
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.estimate._judge import Judgement
 from jaxmotor.estimate._model import UNKNOWN_RIG, Model, ModelRig
 from jaxmotor.estimate._open_hypotheses import allowing
 from jaxmotor.estimate._rows import LINEAR, linear_rows
@@ -34,7 +34,7 @@ class Trace:
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Fit(Shown, Judgement):
+class Fit(Shown, Assessment):
     """A linear motor identified from one recording."""
 
     method: Literal["exact", "paper"]

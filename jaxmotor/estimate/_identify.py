@@ -9,6 +9,7 @@ from jaxmotor._arguments import check_choice, check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._programs import compile_ahead
+from jaxmotor.estimate._assess import EVIDENCE, Assessment, assess, is_quiet
 from jaxmotor.estimate._averaging import averaged, explained
 from jaxmotor.estimate._compiled import evaluate_program, response_program, start_program, trajectory_program
 from jaxmotor.estimate._electrical import electrical_share
@@ -16,7 +17,6 @@ from jaxmotor.estimate._estimate import Estimate, fit_whole
 from jaxmotor.estimate._fingerprint import fingerprint
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
-from jaxmotor.estimate._judge import EVIDENCE, Judgement, is_quiet, judge
 from jaxmotor.estimate._model import ModelRig
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import sine_data, sine_segments
@@ -25,14 +25,14 @@ from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor import FirstOrder
-from jaxmotor.prediction import Packed, Problem, as_problem, pack, without_beginnings
+from jaxmotor.prediction import Packed, Problem, as_problem, pack, without_transients
 from jaxmotor.recording import Recording, Which, check, chosen_segments, recording_of
 
 METHODS = Literal["exact", "paper"]
 ORDERS = Literal["first", "second"]
 FIRST_OFFSET_ROWS = 0.05
 """Timing offset from which it is sought."""
-UNSETTLED = "the fit to the frequency response did not settle; gain and pole come from the whole recording"
+NOT_CONVERGED = "the fit to the frequency response did not converge; gain and pole come from the whole recording"
 
 
 class Prepared(NamedTuple):
@@ -89,15 +89,15 @@ def identify(
     psi = sines.psi if sines is not None and sines.solved else _data_start(problem)
     if model == "second":
         estimate = _second_order(recording, problem, fit_whole(recording, problem, psi, seed), seed, notes)
-        judgement = judge(recording, packed, *estimate)
+        assessment = assess(recording, packed, *estimate)
     else:
-        packed, estimate, judgement = _first_order(recording, fitted, packed, psi, seed)
-    if judgement.average is not None:
-        notes = list(check(stated(recording, judgement.average)))
-    if judgement.average is judgement.timing is None:
-        notes += agreement(sines, judgement)
+        packed, estimate, assessment = _first_order(recording, fitted, packed, psi, seed)
+    if assessment.average is not None:
+        notes = list(check(stated(recording, assessment.average)))
+    if assessment.average is assessment.timing is None:
+        notes += agreement(sines, assessment)
     return Fit(
-        **vars(judgement) | {"notes": (*notes, *judgement.notes)},
+        **vars(assessment) | {"notes": (*notes, *assessment.notes)},
         method="exact",
         frequency_response=response,
         **about,
@@ -164,7 +164,7 @@ def _response(
     window = sines.window_s if sines.kind == "speed" else None
     response = to_numpy(FrequencyResponse(*to_jax(arrays), window_s=window))
     if not found["solved"]:
-        notes.append(UNSETTLED)
+        notes.append(NOT_CONVERGED)
     return response, sine_motor(found)
 
 
@@ -191,12 +191,12 @@ def needs_more_than_one_frequency(recording: Recording, fitted: tuple[int, ...])
 
 
 def _data_start(problem: Problem) -> np.ndarray:
-    return np.asarray(start_program(problem, to_jax(pole_range(problem.lanes)))["psi"])
+    return np.asarray(start_program(problem, to_jax(pole_range(problem.batch)))["psi"])
 
 
 def _first_order(
     recording: Recording, fitted: tuple[int, ...], packed: Packed, psi: np.ndarray, seed: int
-) -> tuple[Packed, Estimate, Judgement]:
+) -> tuple[Packed, Estimate, Assessment]:
     """The fit from `psi`, with what the header does not state of the log where that explains it.
 
     **Raises:** `JaxmotorError` where it does not settle.
@@ -214,12 +214,12 @@ def _first_order(
         found = averaged(recording, fitted, noise, np.asarray(plain.solution.psi), seed)
         if found is not None:
             return found
-    return _timed(recording, fitted, packed, plain, seed) or (packed, plain, judge(recording, packed, *plain))
+    return _timed(recording, fitted, packed, plain, seed) or (packed, plain, assess(recording, packed, *plain))
 
 
 def _timed(
     recording: Recording, fitted: tuple[int, ...], packed: Packed, untimed: Estimate, seed: int
-) -> tuple[Packed, Estimate, Judgement] | None:
+) -> tuple[Packed, Estimate, Assessment] | None:
     """The fit with the log's timing offset, where its header does not state the timing and an offset explains the log.
 
     That is where no friction and no delay are left to be seen and, of counts, nothing beside their rounding.
@@ -227,7 +227,7 @@ def _timed(
     if recording.duty_delay_s is not None or float(untimed.errors.evidence) <= EVIDENCE:
         return None
     packed = pack(recording, fitted, rest_before=True, few_shapes=True, noise=packed.observation.noise)
-    packed = without_beginnings(recording, packed)
+    packed = without_transients(recording, packed)
     start = np.append(np.asarray(untimed.solution.psi), FIRST_OFFSET_ROWS)
     try:
         timed = fit_whole(recording, as_problem(packed, timed=True), start, seed)
@@ -237,13 +237,13 @@ def _timed(
     explained &= is_quiet(packed, timed.errors) or not packed.observation.floor_known
     if not explained or abs(float(timed.solution.psi[-1])) > MOST_ROWS:
         return None
-    judgement = judge(recording, packed, *timed, ("offset",))
-    return (packed, timed, judgement) if judgement.timing is not None and judgement.timing.shows else None
+    assessment = assess(recording, packed, *timed, ("offset",))
+    return (packed, timed, assessment) if assessment.timing is not None and assessment.timing.shows else None
 
 
 def _second_order(recording: Recording, problem: Problem, first: Estimate, seed: int, notes: list[str]) -> Estimate:
     """The second-order fit where its time constant is seen at all, else the first-order one; and a note on it."""
-    start = np.append(np.asarray(first.solution.psi), np.log(0.3 * float(np.min(problem.lanes.duration))))
+    start = np.append(np.asarray(first.solution.psi), np.log(0.3 * float(np.min(problem.batch.duration))))
     second = _shown(recording, problem, start, seed)
     if second is None:
         notes.append(
@@ -272,13 +272,13 @@ def _shown(recording: Recording, problem: Problem, start: np.ndarray, seed: int)
     return second if np.sqrt(variance) < 0.3 else None
 
 
-def agreement(sines: SineMotor | None, judgement: Judgement) -> list[str]:
+def agreement(sines: SineMotor | None, assessment: Assessment) -> list[str]:
     """A note where the frequency response and the whole recording give different motors."""
-    if sines is None or not sines.solved or judgement.covariance.shape != (2, 2):
+    if sines is None or not sines.solved or assessment.covariance.shape != (2, 2):
         return []
-    own = np.array([float(judgement.motor.gain), float(judgement.motor.pole)])
+    own = np.array([float(assessment.motor.gain), float(assessment.motor.pole)])
     apart = np.array([sines.psi[0], np.exp(sines.psi[2])]) / own - 1
-    spread = np.sqrt(np.diag(judgement.covariance) / own**2 + np.diag(sines.covariance))
+    spread = np.sqrt(np.diag(assessment.covariance) / own**2 + np.diag(sines.covariance))
     if (np.abs(apart) < 4 * spread).all():
         return []
     return [
@@ -329,11 +329,11 @@ def _about(recording: Recording, fitted: tuple[int, ...], held_out: tuple[int, .
 
 
 def scores(packed: Packed, residual: np.ndarray) -> dict[str, Any]:
-    """How well a fit does that leaves `residual` (lane, row) [units]."""
+    """How well a fit does that leaves `residual` (sequence, row) [units]."""
     observation = packed.observation
     traces = traces_of(packed, residual)
     return {
-        "chi2_per_sample": chi2_per_sample(packed, residual, packed.lanes.valid),
+        "chi2_per_sample": chi2_per_sample(packed, residual, packed.batch.valid),
         "floor_known": observation.floor_known,
         "noise": observation.noise,
         "fit_percent": fit_percent(traces),

@@ -111,7 +111,7 @@ def open_hypotheses(
     what the motor leaves per sample.
     """
     corners, found = [motor - half, motor + half], []
-    worth = np.maximum(MATTERS / 1.96 * half, LEAST_SHARE * np.abs(motor))
+    scores = np.maximum(MATTERS / 1.96 * half, LEAST_SHARE * np.abs(motor))
     colour = 1.0 if packed.observation.noise.known else max(packed.observation.noise.rows_per_reading, 1.0)
     # What the motor leaves beyond the noise is no chance: it biases an amount taken to first order.
     wider = np.sqrt(colour) * max(chi2, 1.0)
@@ -121,7 +121,7 @@ def open_hypotheses(
             continue
         with_it = _with(motor, shift, largest, name)
         corners += [with_it - half, with_it + half]
-        if (np.abs(with_it - motor) > worth).any():
+        if (np.abs(with_it - motor) > scores).any():
             found.append(OpenHypothesis(name, largest, float(with_it[0]), float(with_it[1])))
     lowest, highest = np.min(corners, axis=0), np.max(corners, axis=0)
     ends = [(float(low), float(high)) for low, high in zip(lowest, highest, strict=True)]
@@ -140,8 +140,8 @@ def _most(packed: Packed, name: str) -> float:
     """The largest amount that a motor which turns under these voltages can have."""
     if name in ("delay", "electrical lag"):
         return MOST_TICKS if name == "delay" else MOST_LAG_S
-    volts, observed = np.abs(packed.lanes.volts), np.abs(packed.lanes.observed)
-    turning = packed.lanes.valid & (observed > 0.1 * observed[packed.lanes.valid].max(initial=0.0)) & (volts > 0)
+    volts, observed = np.abs(packed.batch.volts), np.abs(packed.batch.observed)
+    turning = packed.batch.valid & (observed > 0.1 * observed[packed.batch.valid].max(initial=0.0)) & (volts > 0)
     return MOST_OF_VOLTAGE * float(np.median(volts[turning])) if turning.any() else 0.0
 
 

@@ -59,7 +59,7 @@ class SpeedAverage:
 def properties_of(
     psi: np.ndarray, covariance: np.ndarray, of_log: tuple[str, ...], row_s: float, alike: bool
 ) -> tuple[Timing | None, SpeedAverage | None]:
-    """Timing offset and average of speeds from the end of ψ, as `judge` has it, and the `covariance` of ψ."""
+    """Timing offset and average of speeds from the end of ψ, as `assess` has it, and the `covariance` of ψ."""
     place = {name: len(psi) - len(of_log) + number for number, name in enumerate(of_log)}
     timing, late = None, np.zeros(len(psi))
     if "offset" in place:

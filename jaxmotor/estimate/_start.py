@@ -7,15 +7,15 @@ from jaxtyping import Array, Float
 
 from jaxmotor.estimate._trajectory import least_squares, whitened
 from jaxmotor.motor import FirstOrder
-from jaxmotor.prediction import Lanes, Problem, bucket, observe, start_columns
+from jaxmotor.prediction import Batch, Problem, bucket, observe, start_columns
 
 POLES = 24
 
 
-def pole_range(lanes: Lanes) -> np.ndarray:
-    """Logarithms of `POLES` poles [rad/s], from one that hardly shows in the longest lane to one faster than a tick."""
-    shortest = float(np.min(lanes.duration))
-    longest = shortest * bucket(int(np.flatnonzero(lanes.valid.any(axis=0)).max(initial=0)) + 2)
+def pole_range(batch: Batch) -> np.ndarray:
+    """Logarithms of `POLES` poles [rad/s], from one hardly seen in the longest sequence to one faster than a tick."""
+    shortest = float(np.min(batch.duration))
+    longest = shortest * bucket(int(np.flatnonzero(batch.valid.any(axis=0)).max(initial=0)) + 2)
     return np.linspace(np.log(0.1 / longest), np.log(3.0 / shortest), POLES)
 
 
@@ -24,8 +24,8 @@ def data_start(problem: Problem, log_poles: Float[Array, " k"]) -> Float[Array, 
 
     The cost with K and b profiled out has one minimum in log a, so a coarse row of poles finds its basin.
     """
-    volts, valid = jnp.asarray(problem.lanes.volts), jnp.asarray(problem.lanes.valid)
-    observed = jnp.where(valid, jnp.asarray(problem.lanes.observed), 0.0)
+    volts, valid = jnp.asarray(problem.batch.volts), jnp.asarray(problem.batch.valid)
+    observed = jnp.where(valid, jnp.asarray(problem.batch.observed), 0.0)
     rest = jnp.zeros_like(volts)
     differences_only = jnp.asarray(1e6, volts.dtype)
 

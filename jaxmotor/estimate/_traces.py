@@ -14,16 +14,16 @@ AT_REST = 1e-6
 
 
 def traces_of(packed: Packed, residual: np.ndarray) -> tuple[Trace, ...]:
-    """One trace for each segment of `packed`; `residual` (lane, row) is measured minus simulated [units]."""
-    lanes, observation = packed.lanes, packed.observation
-    cells = np.nonzero(lanes.valid)
+    """One trace for each segment of `packed`; `residual` (sequence, row) is measured minus simulated [units]."""
+    batch, observation = packed.batch, packed.observation
+    cells = np.nonzero(batch.valid)
     order = np.lexsort((packed.row_of[cells], packed.segment_of[cells]))
     cells = tuple(axis[order] for axis in cells)
     segment, time = packed.segment_of[cells], packed.time_s[cells]
     per_second = observation.unit
     if observation.kind == "turn":
-        per_second = observation.unit / np.broadcast_to(lanes.duration, lanes.volts.shape)[cells]
-    measured = lanes.observed[cells] * per_second
+        per_second = observation.unit / np.broadcast_to(batch.duration, batch.volts.shape)[cells]
+    measured = batch.observed[cells] * per_second
     simulated = measured - residual[cells] * per_second
     bounds = [0, *(np.flatnonzero(segment[1:] != segment[:-1]) + 1).tolist(), len(segment)]
     return tuple(
@@ -62,21 +62,21 @@ def _turned(trace: Trace) -> tuple[np.ndarray, np.ndarray]:
 
 
 def chi2_per_sample(packed: Packed, residual: np.ndarray, cells: np.ndarray) -> float:
-    """Mean square of `residual` [units] in the chosen `cells` (lane, row), over that of the encoder alone."""
+    """Mean square of `residual` [units] in the chosen `cells` (sequence, row), over that of the encoder alone."""
     # A motor that hardly ever moves shows hardly anything of its encoder.
     least = LEAST * packed.observation.floor * int(cells.sum())
     return float((residual[cells] ** 2).sum() / max(floors(packed, residual)[cells].sum(), least))
 
 
 def floors(packed: Packed, residual: np.ndarray) -> np.ndarray:
-    """(lane, row) variance that each `residual` would have if the motor did exactly what the model says [units²].
+    """(sequence, row) variance that each `residual` would have if the motor did exactly what the model says [units²].
 
     A turn of n + f counts, n whole and 0 <= f < 1, is seen as n or n + 1: with the variance f (1 - f), which is 1/6
     in the mean over f, but 0 at rest and anything up to 1/4 at a constant speed. Where the noise was estimated, it is
     that of rows that move; where the reading is at rest and the model within a unit of it there is none.
     """
     observation = packed.observation
-    observed = np.asarray(packed.lanes.observed)
+    observed = np.asarray(packed.batch.observed)
     turn = observed - residual
     if observation.kind != "turn" or not observation.floor_known:
         rests = (np.abs(observed) < AT_REST) & (np.abs(turn) < 1.0)

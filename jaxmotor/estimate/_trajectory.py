@@ -26,16 +26,16 @@ PROCESS_POINTS = 9
 class Linearised(NamedTuple):
     """The prediction at ψ and initial speeds, and its derivatives."""
 
-    prediction: Float[Array, "lane row"]
+    prediction: Float[Array, "sequence row"]
     """Of all rows, also those in which nothing was measured [units]."""
-    jacobian: Float[Array, "lane row p"]
+    jacobian: Float[Array, "sequence row p"]
     """With respect to ψ [units]; zero where nothing was measured."""
-    starts: Float[Array, "lane row s"]
+    starts: Float[Array, "sequence row s"]
     """What one rad/s of initial speed adds to the piece it belongs to [units]; no column where all begin at rest."""
 
-    def residual(self, problem: Problem) -> Float[Array, "lane row"]:
+    def residual(self, problem: Problem) -> Float[Array, "sequence row"]:
         """Observed minus predicted [units], zero where nothing was measured."""
-        return jnp.where(jnp.asarray(problem.lanes.valid), jnp.asarray(problem.lanes.observed) - self.prediction, 0.0)
+        return jnp.where(jnp.asarray(problem.batch.valid), jnp.asarray(problem.batch.observed) - self.prediction, 0.0)
 
 
 class Solution(NamedTuple):
@@ -46,9 +46,9 @@ class Solution(NamedTuple):
     """Of each piece [rad/s]."""
     log10_q: Float[Array, ""]
     """Process term, in units of the floor."""
-    residual: Float[Array, "lane row"]
+    residual: Float[Array, "sequence row"]
     """Observed minus simulated [units]."""
-    jacobian: Float[Array, "lane row p"]
+    jacobian: Float[Array, "sequence row p"]
     """Of the simulation with respect to ψ [units]."""
     steps: Int[Array, ""]
     moved: Float[Array, ""]
@@ -56,17 +56,20 @@ class Solution(NamedTuple):
 
 
 def whitened(
-    columns: Float[Array, "lane row c"], starts: Float[Array, "lane row s"], q: Float[Array, ""], problem: Problem
-) -> tuple[Float[Array, "lane row c"], Float[Array, "pieces_and_one c"], Float[Array, ""]]:
+    columns: Float[Array, "sequence row c"],
+    starts: Float[Array, "sequence row s"],
+    q: Float[Array, ""],
+    problem: Problem,
+) -> tuple[Float[Array, "sequence row c"], Float[Array, "pieces_and_one c"], Float[Array, ""]]:
     """Whitened `columns` with each piece's initial speed projected out, the speeds that did it, and log det Cov."""
-    valid = jnp.asarray(problem.lanes.valid)
+    valid = jnp.asarray(problem.batch.valid)
     variance, shared = problem.floor * (1 + q), jnp.asarray(problem.shared, q.dtype)
     both = jnp.concatenate([columns, starts], axis=-1)
     both, log_det = jax.vmap(whiten, (0, 0, 0, None, None))(both, problem.begins, valid, variance, shared)
     columns, starts = both[..., : columns.shape[-1]], both[..., columns.shape[-1] :]
     if not problem.free:
         return columns, jnp.zeros((problem.pieces + 1, columns.shape[-1]), columns.dtype), log_det.sum()
-    piece = jnp.asarray(problem.lanes.piece)
+    piece = jnp.asarray(problem.batch.piece)
     size = _sum_by(starts**2, piece, problem.pieces)
     speed = _sum_by(starts * columns, piece, problem.pieces) / jnp.where(size > 0, size, 1.0)
     return columns - starts * speed[piece], speed, log_det.sum()
@@ -79,7 +82,7 @@ def negative_log_likelihood(log10_q: Float[Array, ""], columns, starts, problem:
     """
     white, _, log_det = whitened(columns, starts, 10**log10_q, problem)
     residual, _, _ = least_squares(white)
-    count = jnp.asarray(problem.lanes.valid).sum().astype(residual.dtype)
+    count = jnp.asarray(problem.batch.valid).sum().astype(residual.dtype)
     square = (residual**2).sum()
     if problem.floor_known:
         return square + log_det
@@ -87,8 +90,8 @@ def negative_log_likelihood(log10_q: Float[Array, ""], columns, starts, problem:
 
 
 def least_squares(
-    white: Float[Array, "lane row c"],
-) -> tuple[Float[Array, "lane row"], Float[Array, " p"], Float[Array, "p p"]]:
+    white: Float[Array, "sequence row c"],
+) -> tuple[Float[Array, "sequence row"], Float[Array, " p"], Float[Array, "p p"]]:
     """Residual and solution of J δ = r for `white` = [r, J], and JᵀJ; a column that is zero gets no step."""
     residual, jacobian = white[..., 0], white[..., 1:]
     normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
@@ -138,7 +141,7 @@ def solve(problem: Problem, psi: Float[Array, " p"]) -> tuple[Solution, Linearis
     prediction from which the last step was taken."""
     dtype = psi.dtype
     low, high = PROCESS_RANGE
-    shape = problem.lanes.volts.shape
+    shape = problem.batch.volts.shape
     nothing = [jnp.zeros((*shape, *columns), dtype) for columns in ((), psi.shape, (int(problem.free),))]
     state = _State(
         psi,
@@ -186,7 +189,7 @@ def linearise(psi: Float[Array, " p"], initial_speed: Float[Array, " k"], proble
     jacobian, starts = columns[..., :size], columns[..., size:]
     if problem.held is not None:
         jacobian = jnp.where(problem.held[None, None, :], 0.0, jacobian)
-    return Linearised(prediction, jnp.where(jnp.asarray(problem.lanes.valid)[..., None], jacobian, 0.0), starts)
+    return Linearised(prediction, jnp.where(jnp.asarray(problem.batch.valid)[..., None], jacobian, 0.0), starts)
 
 
 def _process_term(centre, width, columns, starts, problem: Problem) -> tuple[Float[Array, ""], Float[Array, ""]]:
@@ -201,6 +204,8 @@ def _process_term(centre, width, columns, starts, problem: Problem) -> tuple[Flo
     return points[best], jnp.where(at_edge, width, jnp.maximum(width / 2, 0.02))
 
 
-def _sum_by(values: Float[Array, "lane row c"], index: Int[Array, "lane row"], count: int) -> Float[Array, "k c"]:
+def _sum_by(
+    values: Float[Array, "sequence row c"], index: Int[Array, "sequence row"], count: int
+) -> Float[Array, "k c"]:
     flat = values.reshape(-1, values.shape[-1])
     return jax.ops.segment_sum(flat, index.reshape(-1), num_segments=count + 1)

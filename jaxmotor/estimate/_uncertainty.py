@@ -75,7 +75,7 @@ def uncertainty(problem: Problem, solution: Solution, at: Linearised, key: Key[A
     error, jacobian, hidden = jnp.split(white, (1, 1 + size), axis=-1)
     error = error[..., 0]
     extra = hidden[..., :2]
-    count = jnp.asarray(problem.lanes.valid).sum().astype(error.dtype)
+    count = jnp.asarray(problem.batch.valid).sum().astype(error.dtype)
     normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
     inverse = solve_normal(normal, jnp.eye(size, dtype=normal.dtype))
     variance = (error**2).sum() / (count - size)
@@ -112,21 +112,21 @@ def _pole_share(solution: Solution, problem: Problem) -> Float[Array, ""]:
     linear, pole = solution.jacobian[..., :2], solution.jacobian[..., 2]
     normal = jnp.einsum("lrp,lrq->pq", linear, linear)
     rest = pole - linear @ solve_normal(normal, jnp.einsum("lrp,lr->p", linear, pole))
-    observed = jnp.where(jnp.asarray(problem.lanes.valid), jnp.asarray(problem.lanes.observed), 0.0)
+    observed = jnp.where(jnp.asarray(problem.batch.valid), jnp.asarray(problem.batch.observed), 0.0)
     return jnp.sqrt((rest**2).sum() / (observed**2).sum())
 
 
-def _hidden(solution: Solution, at: Linearised, problem: Problem) -> Float[Array, "lane row h"]:
+def _hidden(solution: Solution, at: Linearised, problem: Problem) -> Float[Array, "sequence row h"]:
     """What one unit of each of `HIDDEN` adds to the prediction [units]: its derivative along a voltage, or L/R."""
-    gain, lanes = solution.psi[0], problem.lanes
+    gain, batch = solution.psi[0], problem.batch
     motor, reading = motor_of(solution.psi.at[0].set(1.0), problem), reading_of(solution.psi, problem)
-    volts, reset = jnp.asarray(lanes.volts), jnp.asarray(lanes.reset)
-    start = jnp.asarray(lanes.free) * solution.initial_speed[lanes.piece]
+    volts, reset = jnp.asarray(batch.volts), jnp.asarray(batch.reset)
+    start = jnp.asarray(batch.free) * solution.initial_speed[batch.piece]
 
-    def seen(volts: Float[Array, "lane row"], lag: Float[Array, ""]) -> Float[Array, "lane row"]:
+    def seen(volts: Float[Array, "sequence row"], lag: Float[Array, ""]) -> Float[Array, "sequence row"]:
         return observe(SecondOrder(motor.gain, motor.pole, lag), problem, volts, start, reading)
 
-    def along(lag: Float[Array, ""], drive: Float[Array, "lane row"], lagging: Float[Array, ""]) -> Array:
+    def along(lag: Float[Array, ""], drive: Float[Array, "sequence row"], lagging: Float[Array, ""]) -> Array:
         return jax.jvp(seen, (gain * volts + solution.psi[1], lag), (gain * drive, lagging))[1]
 
     each = jnp.stack(drives(volts, reset, at.prediction))
@@ -140,12 +140,12 @@ def _hidden(solution: Solution, at: Linearised, problem: Problem) -> Float[Array
         found = jax.vmap(lambda drive: observe(motor, problem, gain * drive, rest, reading), out_axes=-1)(each)
         lagging = along(jnp.full_like(gain, LAG_S[0]), jnp.zeros_like(volts), jnp.ones_like(gain))
         found = jnp.concatenate([found, lagging[..., None]], axis=-1)
-    return jnp.where(jnp.asarray(lanes.valid)[..., None], found, 0.0)
+    return jnp.where(jnp.asarray(batch.valid)[..., None], found, 0.0)
 
 
 def drives(
-    volts: Float[Array, "lane row"], reset: Bool[Array, "lane row"], turning: Float[Array, "lane row"]
-) -> tuple[Float[Array, "lane row"], ...]:
+    volts: Float[Array, "sequence row"], reset: Bool[Array, "sequence row"], turning: Float[Array, "sequence row"]
+) -> tuple[Float[Array, "sequence row"], ...]:
     """The voltage that one unit of each of `HIDDEN` but the last adds, of a motor that turns by `turning` [units]."""
     # A turn of less than a quarter count says nothing about the direction.
     turning = jnp.where(jnp.abs(turning) > 0.25, turning, 0.0)
@@ -169,7 +169,7 @@ def _open(error, jacobian, hidden, normal) -> tuple[dict[str, Array], Float[Arra
 
 def _clustered(error, jacobian, normal, inverse, problem: Problem):
     """Jackknife covariance, degrees of freedom, number of clusters."""
-    cluster = jnp.asarray(problem.lanes.cluster).reshape(-1)
+    cluster = jnp.asarray(problem.batch.cluster).reshape(-1)
     flat, size = jacobian.reshape(-1, jacobian.shape[-1]), jacobian.shape[-1]
 
     def by_cluster(values):
@@ -193,7 +193,7 @@ def _requantised(jacobian, extra, inverse, held, own, solution: Solution, at: Li
     mean evidence for `extra` that such errors give."""
     size = jacobian.shape[-1]
     position = jnp.cumsum(at.prediction, axis=1) - at.prediction
-    after, piece = position + at.prediction, jnp.asarray(problem.lanes.piece)
+    after, piece = position + at.prediction, jnp.asarray(problem.batch.piece)
 
     def whitened_errors(errors):
         return whitened(errors[..., None], at.starts, 10**solution.log10_q, problem)[0][..., 0]
@@ -201,7 +201,7 @@ def _requantised(jacobian, extra, inverse, held, own, solution: Solution, at: Li
     # Whitening is linear: its transpose, taken once for each column, saves whitening every draw.
     _, transpose = jax.vjp(whitened_errors, position)
     weights = jax.vmap(lambda column: transpose(column)[0], in_axes=-1)(jnp.concatenate([jacobian, extra], axis=-1))
-    weights = jnp.where(jnp.asarray(problem.lanes.valid)[None], weights, 0.0)
+    weights = jnp.where(jnp.asarray(problem.batch.valid)[None], weights, 0.0)
 
     def draw(key):
         offset = jax.random.uniform(key, (problem.pieces + 1,), position.dtype)[piece]

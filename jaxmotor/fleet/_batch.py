@@ -1,7 +1,7 @@
 """Many motors in one compiled program: sine fit, response fit, trajectory fit and their errors, as `identify` does.
 
-On a CPU the program takes the motors one after the other. A motor's lanes already fill the vector units, and side by
-side every motor would wait for the slowest fit while the arrays outgrow the cache: 16 at once took 1.6 times as long
+On a CPU the program takes the motors one after the other. A motor's sequences already fill the vector units, and side
+by side every motor would wait for the slowest fit while the arrays outgrow the cache: 16 at once took 1.6 times as long
 each, 64 four times. On other devices they go side by side.
 """
 
@@ -17,13 +17,13 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax
 from jaxmotor._programs import Arrays, program
 from jaxmotor.estimate import (
-    UNSETTLED,
+    NOT_CONVERGED,
+    Assessment,
     Estimate,
-    Judgement,
     Prepared,
     agreement,
+    assess,
     estimate_of,
-    judge,
     response_program,
     scores,
     sine_motor,
@@ -43,7 +43,7 @@ OF_SINES = ("gain", "pole", "covariance", "solved")
 class Identified(NamedTuple):
     """What `identify` finds of one motor, without its traces."""
 
-    judgement: Judgement
+    assessment: Assessment
     chi2_per_sample: float
     fit_percent: float
     notes: tuple[str, ...]
@@ -122,18 +122,18 @@ def _data_start(case: Case) -> Float[Array, " 3"]:
 
 
 def _identified(prepared: Prepared, found: dict[str, np.ndarray]) -> Identified | JaxmotorError:
-    lanes = prepared.packed.lanes.volts.shape[0]
-    found = found | {"residual": found["residual"][:lanes], "jacobian": np.zeros(0)}
+    batch = prepared.packed.batch.volts.shape[0]
+    found = found | {"residual": found["residual"][:batch], "jacobian": np.zeros(0)}
     sines = {name.removeprefix("sine_"): value for name, value in found.items() if name.startswith("sine_")}
     motor = sine_motor(sines) if sines else None
     notes = list(prepared.notes)
     if motor is not None and not motor.solved:
-        notes.append(UNSETTLED)
+        notes.append(NOT_CONVERGED)
     try:
         estimate = estimate_of(prepared.recording, found)
-        judgement = judge(prepared.recording, prepared.packed, *estimate)
+        assessment = assess(prepared.recording, prepared.packed, *estimate)
     except JaxmotorError as error:
         return error
     score = scores(prepared.packed, np.asarray(estimate.solution.residual))
-    all_notes = (*notes, *judgement.notes, *agreement(motor, judgement))
-    return Identified(judgement, score["chi2_per_sample"], score["fit_percent"], all_notes, estimate)
+    all_notes = (*notes, *assessment.notes, *agreement(motor, assessment))
+    return Identified(assessment, score["chi2_per_sample"], score["fit_percent"], all_notes, estimate)

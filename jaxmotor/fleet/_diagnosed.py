@@ -20,7 +20,7 @@ DIAGNOSIS_TEXTS = (
 )
 DIAGNOSIS_NUMBERS = ("diagnosed_gain_rad_s_V", "diagnosed_pole_rad_s", "held_out_chi2_before", "held_out_chi2_after")
 EFFECTS = "effects"
-"""The column of the names of effects that are told as causes, a list in the order of what they are worth."""
+"""The column of the names of effects that are told as causes, a list in the order of how much they improve the fit."""
 
 
 def diagnosis_columns(recording: Recording | None, problem: str | None, seed: int) -> dict[str, Any]:

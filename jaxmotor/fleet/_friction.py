@@ -30,7 +30,7 @@ LONGEST_STEP = 1.0
 SIZE = 5
 """Parameters: gain, K u0 of a voltage offset u0, and the logarithms of pole, friction and dead zone."""
 
-Residual = Callable[[Float[Array, " p"]], Float[Array, "lane row"]]
+Residual = Callable[[Float[Array, " p"]], Float[Array, "sequence row"]]
 
 
 class FrictionFit(NamedTuple):
@@ -65,7 +65,7 @@ def fit_friction(motors: list[Ready], found: list[Identified]) -> list[FrictionF
     It starts from what `identify_batch` has `found` of them.
     """
     problem = motors[0].case.problem
-    if problem.kind == "window" or problem.lanes.duration.ndim:
+    if problem.kind == "window" or problem.batch.duration.ndim:
         return [None for _ in motors]
     given = [(motor.case, _start(one)) for motor, one in zip(motors, found, strict=True)]
     cases, starts = to_jax(stack(given, BATCH))
@@ -103,10 +103,10 @@ class _State(NamedTuple):
 
 
 def _one(problem: Problem, start: _Start) -> Arrays:
-    def left(psi: Float[Array, " p"]) -> Float[Array, "lane row"]:
+    def left(psi: Float[Array, " p"]) -> Float[Array, "sequence row"]:
         return _left(psi, problem, start.initial_speed)
 
-    def residual(psi: Float[Array, " p"], log10_q: Float[Array, ""]) -> Float[Array, "lane row"]:
+    def residual(psi: Float[Array, " p"], log10_q: Float[Array, ""]) -> Float[Array, "sequence row"]:
         return whitened(left(psi)[..., None], start_columns(psi[:3], problem), 10**log10_q, problem)[0][..., 0]
 
     # First as noisy as the linear motor left it, then as quiet as the better model leaves it.
@@ -116,14 +116,14 @@ def _one(problem: Problem, start: _Start) -> Arrays:
     psi = _descend(psi, lambda psi: residual(psi, log10_q), FINE_STEPS)
     jacobian = jax.jacfwd(lambda psi: residual(psi, log10_q))(psi)
     normal = jnp.einsum("lrp,lrq->pq", jacobian, jacobian)
-    count = jnp.asarray(problem.lanes.valid).sum().astype(psi.dtype)
+    count = jnp.asarray(problem.batch.valid).sum().astype(psi.dtype)
     variance = jnp.maximum((residual(psi, log10_q) ** 2).sum() / (count - SIZE), 1.0)
     error = jnp.sqrt(jnp.diag(solve_normal(normal, jnp.eye(SIZE, dtype=psi.dtype))) * variance)
     chi2 = (left(psi) ** 2).sum() / count / problem.floor
     return {"psi": psi, "error": error, "chi2": chi2}
 
 
-def _process_term(left: Float[Array, "lane row"], psi: Float[Array, " p"], problem: Problem) -> Float[Array, ""]:
+def _process_term(left: Float[Array, "sequence row"], psi: Float[Array, " p"], problem: Problem) -> Float[Array, ""]:
     """The most likely of a row of process terms for the residual `left` [decades of the floor]."""
     starts = start_columns(psi[:3], problem)
     points = jnp.linspace(*PROCESS_RANGE, 2 * int(PROCESS_RANGE[1] - PROCESS_RANGE[0]) + 1, dtype=psi.dtype)
@@ -156,14 +156,14 @@ def _descend(psi: Float[Array, " p"], residual: Residual, steps: int) -> Float[A
     return jax.lax.fori_loop(0, steps, step, start).psi
 
 
-def _left(psi: Float[Array, " p"], problem: Problem, initial_speed: Float[Array, " k"]) -> Float[Array, "lane row"]:
+def _left(psi: Float[Array, " p"], problem: Problem, initial_speed: Float[Array, " k"]) -> Float[Array, "sequence row"]:
     """Observed minus simulated [units], zero where nothing was measured."""
     pole, friction, dead_zone = jnp.exp(psi[2:])
-    lanes = problem.lanes
-    volts = jnp.asarray(lanes.volts) + psi[1] / psi[0]
+    batch = problem.batch
+    volts = jnp.asarray(batch.volts) + psi[1] / psi[0]
     # After a lost tick, the speed that the linear motor had there; what that is off by is projected out.
-    speed = jnp.asarray(lanes.free) * initial_speed[lanes.piece]
-    motor, reset, duration = FirstOrder(psi[0], pole), jnp.asarray(lanes.reset), jnp.asarray(lanes.duration)
+    speed = jnp.asarray(batch.free) * initial_speed[batch.piece]
+    motor, reset, duration = FirstOrder(psi[0], pole), jnp.asarray(batch.reset), jnp.asarray(batch.duration)
     run = simulate_friction(motor, friction, dead_zone, volts.T, reset.T, speed.T, duration)
     shown = (run.turn if problem.kind == "turn" else run.speed).T / problem.unit
-    return jnp.where(jnp.asarray(lanes.valid), jnp.asarray(lanes.observed) - shown, 0.0)
+    return jnp.where(jnp.asarray(batch.valid), jnp.asarray(batch.observed) - shown, 0.0)

@@ -23,7 +23,7 @@ FALSE_ALARM = 0.03
 WELL_WITHIN = 0.975
 """Part of the motors that the first round is made of."""
 ROUNDS = 20
-"""Most rounds in which it is settled who belongs."""
+"""Most rounds until it is the same motors that belong."""
 SAME = 1e-12
 """Relative difference of estimates that is rounding."""
 LEAST_ERROR = 1e-6

@@ -19,11 +19,11 @@ from jaxmotor.estimate import (
     prepare,
     sine_data,
 )
-from jaxmotor.prediction import Lanes, Packed, Problem, as_problem
+from jaxmotor.prediction import Batch, Packed, Problem, as_problem
 from jaxmotor.recording import Recording
 
 LANE_STEP = 4
-"""Numbers of lanes are rounded up to a multiple of this."""
+"""Numbers of sequences are rounded up to a multiple of this."""
 LEAST_PIECES, LEAST_CLUSTERS = 32, 32
 
 
@@ -60,7 +60,7 @@ def ready(recording: Recording, hold_out: Iterable[int] = ()) -> Ready:
     needs_more_than_one_frequency(recording, prepared.fitted)
     packed, fitted = prepared.packed, prepared.fitted
     sines = sine_data(recording, fitted) if enough_sines(recording, fitted) else None
-    return Ready(prepared, Case(_padded(packed), sines, pole_range(packed.lanes)))
+    return Ready(prepared, Case(_padded(packed), sines, pole_range(packed.batch)))
 
 
 def stack(cases: list[Any], size: int) -> Any:
@@ -79,17 +79,17 @@ def _padded(packed: Packed) -> Problem:
     """The problem of `packed`, of a shape that many share: rows that hold nothing name what comes after the last piece
     and the last cluster."""
     pieces, clusters = max(packed.pieces, LEAST_PIECES), max(packed.clusters, LEAST_CLUSTERS)
-    lanes, number = packed.lanes, len(packed.lanes.volts)
-    lanes = lanes._replace(
-        piece=np.where(lanes.piece == packed.pieces, pieces, lanes.piece),
-        cluster=np.where(lanes.cluster == packed.clusters, clusters, lanes.cluster),
+    batch, number = packed.batch, len(packed.batch.volts)
+    batch = batch._replace(
+        piece=np.where(batch.piece == packed.pieces, pieces, batch.piece),
+        cluster=np.where(batch.cluster == packed.clusters, clusters, batch.cluster),
     )
     empty = {"piece": pieces, "cluster": clusters, "duration": 1.0}
     padded = []
-    for name, array in lanes._asdict().items():
+    for name, array in batch._asdict().items():
         more = np.full((-number % LANE_STEP, *array.shape[1:]), empty.get(name, 0), array.dtype)
         padded.append(np.concatenate([array, more]) if array.ndim and len(more) else array)
-    return dataclasses.replace(as_problem(packed), lanes=Lanes(*padded), pieces=pieces, clusters=clusters)
+    return dataclasses.replace(as_problem(packed), batch=Batch(*padded), pieces=pieces, clusters=clusters)
 
 
 def problem_of(error: Exception) -> str:

@@ -59,15 +59,15 @@ def row_of(entry: Entry, found: Identified | None, problem: str, friction: Frict
 
 
 def _numbers(found: Identified) -> list[float | None]:
-    judged = found.judgement
+    assessed = found.assessment
     values = (
-        judged.motor.gain,
-        judged.motor.pole,
-        judged.offset_V,
-        judged.standard_error.gain,
-        judged.standard_error.pole,
-        judged.offset_standard_error_V,
-        judged.covariance[0, 1],
+        assessed.motor.gain,
+        assessed.motor.pole,
+        assessed.offset_V,
+        assessed.standard_error.gain,
+        assessed.standard_error.pole,
+        assessed.offset_standard_error_V,
+        assessed.covariance[0, 1],
         found.chi2_per_sample,
         found.fit_percent,
     )

@@ -32,7 +32,7 @@ from jaxmotor.motor.effects._substep import (
     lag_of,
     linear_part,
     parts_of,
-    shown_speed,
+    sensed_speed_of,
     step,
 )
 from jaxmotor.motor.effects._table import tabulated
@@ -57,19 +57,19 @@ class Motor(eqx.Module):
 
 
 class Rows(NamedTuple):
-    """What is done to a motor, row by row; experiments may stand end to end, and in lanes side by side."""
+    """What is done to a motor, row by row; experiments may stand end to end, and in sequences side by side."""
 
-    volts: Float[Array, "n *lanes"]
+    volts: Float[Array, "n *sequence"]
     """Mean bridge voltage asked for, duty times nominal supply [V]; with a controller its reference [rad/s]."""
-    reset: Bool[Array, "n *lanes"]
+    reset: Bool[Array, "n *sequence"]
     """An experiment begins: the bridge was off before."""
-    initial_speed: Float[Array, "n *lanes"]
+    initial_speed: Float[Array, "n *sequence"]
     """Where `reset` is true [rad/s]."""
-    time: Float[Array, "n *lanes"]
+    time: Float[Array, "n *sequence"]
     """Since the recording began [s]."""
-    angle: Float[Array, "n *lanes"] | None = None
+    angle: Float[Array, "n *sequence"] | None = None
     """The measured angle [rad], for laws locked to it; without it they take the simulated one, which starts at 0."""
-    warmth: Float[Array, "n *lanes"] | None = None
+    warmth: Float[Array, "n *sequence"] | None = None
     """Where `reset` is true: the winding's relative rise of resistance (`WindingHeating.history`). Without it
     experiments follow each other in the order of their rows, and the winding cools in the time between them."""
 
@@ -110,15 +110,15 @@ class InitialAngle(NamedTuple):
 class Run(NamedTuple):
     """What a motor with effects did, row by row."""
 
-    speed: Float[Array, "n *lanes"]
+    speed: Float[Array, "n *sequence"]
     """At the row [rad/s]."""
-    turn: Float[Array, "n *lanes"]
+    turn: Float[Array, "n *sequence"]
     """Angle turned from this row to the next [rad]."""
-    seen_speed: Float[Array, "n *lanes"]
+    sensed_speed: Float[Array, "n *sequence"]
     """What a sensor of speed shows at the row [rad/s]."""
-    seen_turn: Float[Array, "n *lanes"]
+    sensed_turn: Float[Array, "n *sequence"]
     """What the encoder shows of `turn`, before it is rounded to counts [rad]."""
-    volts: Float[Array, "n *lanes"]
+    volts: Float[Array, "n *sequence"]
     """Asked of the bridge at the row [V]."""
 
 
@@ -177,9 +177,9 @@ class _Angle(NamedTuple):
 class _Carry(NamedTuple):
     x: tuple[Scalar, ...]
     memory: tuple[Scalar, ...]
-    past: Float[Array, "k *lanes"]
+    past: Float[Array, "k *sequence"]
     """Voltages asked for, the latest first; empty without delay."""
-    since: Float[Array, "k *lanes"] | None
+    since: Float[Array, "k *sequence"] | None
     """Time from when each of `past` was asked for to the tick [s]; None where all ticks are equally long."""
     angle: Scalar
     """Simulated [rad]."""
@@ -223,7 +223,7 @@ class _Setup(NamedTuple):
 def simulate_motor(
     motor: Motor,
     rows: Rows,
-    duration: Float[Array, ""] | Float[Array, "n *lanes"],
+    duration: Float[Array, ""] | Float[Array, "n *sequence"],
     supply: Float[Array, ""],
     steps: Int[Array, ""] | int = 5,
     controller: AbstractController | None = None,
@@ -236,8 +236,9 @@ def simulate_motor(
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
-    What `motor` holds broadcasts against a row's lanes: with numbers of shape (k, 1) and rows of shape (n, 1, lane) it
-    is k motors in the same lanes, and results are (n, k, lane). A controller has one lane and one motor.
+    What `motor` holds broadcasts against a row's sequences: with numbers of shape (k, 1) and rows of shape
+    (n, 1, sequence) it is k motors in the same sequences, and results are (n, k, sequence). A controller has one
+    sequence and one motor.
 
     `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
     that is rounded to counts of `count_rad` [rad] where this is given and not 0; or, where `instantaneous`, around the
@@ -283,7 +284,7 @@ def _inputs(rows: Rows, duration: Float[Array, "..."], early: bool) -> _Row:
     return _Row(volts, rows.volts, rows.reset, rows.initial_speed, rows.time, pause, lengths, angle, rows.warmth)
 
 
-def _readings(angle: Float[Array, "n *lanes"], reset: Bool[Array, "n *lanes"]) -> _Readings:
+def _readings(angle: Float[Array, "n *sequence"], reset: Bool[Array, "n *sequence"]) -> _Readings:
     end = jnp.ones_like(reset[:1])
     last = jnp.concatenate([reset[1:], end])
     later = jnp.where(last, angle, jnp.concatenate([angle[1:], angle[-1:]]))
@@ -356,7 +357,7 @@ def _ticks_late(setup: _Setup, duration: Scalar) -> tuple[Int[Array, "..."], Sca
 
 
 def _late_volts(
-    delay: Scalar, past: Float[Array, "k *lanes"], since: Float[Array, "k *lanes"], duration: Scalar
+    delay: Scalar, past: Float[Array, "k *sequence"], since: Float[Array, "k *sequence"], duration: Scalar
 ) -> tuple[Scalar, Scalar, Scalar]:
     """The voltage that acts as a tick of `duration` [s] begins, that after it, and for which part of it the first acts,
     where those of `past`, asked for `since` when [s], act `delay` [s] later.
@@ -427,12 +428,12 @@ def _tick(
     later = None if since is None else since + row.duration[None]
     after = _Carry(state.x, state.memory, past, later, carry.angle + state.turn, read, reading, control)
     speed = carry.x[0]
-    return after, Run(speed, state.turn, shown_speed(parts, speed, carry.memory, setup.supply), seen, volts)
+    return after, Run(speed, state.turn, sensed_speed_of(parts, speed, carry.memory, setup.supply), seen, volts)
 
 
 def _asked(
     setup: _Setup, carry: _Carry, volts: Scalar, duration: Scalar
-) -> tuple[Float[Array, "k *lanes"], Float[Array, "k *lanes"] | None]:
+) -> tuple[Float[Array, "k *sequence"], Float[Array, "k *sequence"] | None]:
     """The voltages asked for up to this tick, and since when [s]; where they may be early, the next one's, too."""
     if not setup.parts.delays:
         return carry.past, None
@@ -447,11 +448,11 @@ def _reading(setup: _Setup, carry: _Carry, duration: Scalar) -> Scalar:
     """What the controller takes to have been turned in the last tick [rad]."""
     if setup.instantaneous is None:
         return carry.read
-    shown = shown_speed(setup.parts, carry.x[0], carry.memory, setup.supply)
+    shown = sensed_speed_of(setup.parts, carry.x[0], carry.memory, setup.supply)
     return jnp.where(setup.instantaneous, shown * duration, carry.read)
 
 
-def _ago(past: Float[Array, "k *lanes"], ticks: Int[Array, "..."]) -> Scalar:
+def _ago(past: Float[Array, "k *sequence"], ticks: Int[Array, "..."]) -> Scalar:
     """The voltage asked for that many `ticks` ago [V]."""
     return jnp.take_along_axis(past, ticks[None], 0, mode="promise_in_bounds")[0]
 

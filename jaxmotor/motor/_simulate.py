@@ -64,7 +64,7 @@ def simulate(
     """Motion under `volts` [V], each held for `duration` [s] (one for all rows, or one per row).
 
     Where `reset` is true an experiment begins: the motor runs at `initial_speed` [rad/s] of that row, without
-    torque. Experiments can so stand end to end, and a batch of unequal ones is packed into few long lanes. Voltages
+    torque. Experiments can so stand end to end, and a batch of unequal ones is packed into few long sequences. Voltages
     act `late` [s] (`switched`).
     """
     uniform = duration.ndim == 0

@@ -12,8 +12,8 @@ from jaxmotor.prediction._effects import residuals as residuals
 from jaxmotor.prediction._initial_state import SPEED_STEP as SPEED_STEP
 from jaxmotor.prediction._initial_state import first_speeds as first_speeds
 from jaxmotor.prediction._initial_state import fit_initial_speeds as fit_initial_speeds
-from jaxmotor.prediction._initial_state import without_beginnings as without_beginnings
 from jaxmotor.prediction._initial_state import without_initial_speeds as without_initial_speeds
+from jaxmotor.prediction._initial_state import without_transients as without_transients
 from jaxmotor.prediction._linear import AS_STATED as AS_STATED
 from jaxmotor.prediction._linear import LAG_S as LAG_S
 from jaxmotor.prediction._linear import Reading as Reading
@@ -29,7 +29,7 @@ from jaxmotor.prediction._noise import Noise as Noise
 from jaxmotor.prediction._noise import lowered as lowered
 from jaxmotor.prediction._noise import noise_to_json as noise_to_json
 from jaxmotor.prediction._packing import PADDED as PADDED
-from jaxmotor.prediction._packing import Lanes as Lanes
+from jaxmotor.prediction._packing import Batch as Batch
 from jaxmotor.prediction._packing import Observation as Observation
 from jaxmotor.prediction._packing import Packed as Packed
 from jaxmotor.prediction._packing import Padding as Padding

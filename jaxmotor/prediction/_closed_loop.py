@@ -16,11 +16,11 @@ from jaxmotor.prediction._packing import bucket
 class Sensors(NamedTuple):
     """How controllers see their motors, one each."""
 
-    reading: Float[Any, " batch"]
+    reading: Float[Any, " motors"]
     """Where the encoder stands within a count at first, 0 to 1."""
-    count_rad: Float[Any, " batch"]
+    count_rad: Float[Any, " motors"]
     """One count [rad]; 0 where the angle is known as it is."""
-    instantaneous: Bool[Any, " batch"]
+    instantaneous: Bool[Any, " motors"]
     """The speed at the tick is seen, not the mean over the tick before."""
 
 
@@ -61,11 +61,11 @@ def loops_program(
         )
         # From the tick before the first one on.
         before = jnp.stack([-conditions.speed_rad_s * period, jnp.zeros_like(period)])
-        angle = jnp.concatenate([before, jnp.cumsum(done.seen_turn)[:-1]])
+        angle = jnp.concatenate([before, jnp.cumsum(done.sensed_turn)[:-1]])
         count = jnp.where(count_rad > 0, count_rad, 1.0)
         counted = jnp.where(count_rad > 0, jnp.floor(sensor.reading + angle / count) * count, angle)
         seen, exact = (jnp.diff(angles) / period for angles in (counted, angle))
-        return jnp.where(sensor.instantaneous, done.seen_speed, seen), exact, done.volts
+        return jnp.where(sensor.instantaneous, done.sensed_speed, seen), exact, done.volts
 
     seen, exact, volts = jax.vmap(run)(motors, controllers, sensors)
     return {"seen": seen, "exact": exact, "volts": volts}

@@ -37,7 +37,7 @@ HELD = 10
 
 
 class LogRows(NamedTuple):
-    """(n,) rows of all pieces of a log, one piece after the other; as in `Lanes`."""
+    """(n,) rows of all pieces of a log, one piece after the other; as in `Batch`."""
 
     volts: np.ndarray
     reset: np.ndarray

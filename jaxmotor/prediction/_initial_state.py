@@ -18,20 +18,20 @@ FIRST_ROWS = 3
 """Of a piece, whose readings say at which speed about it begins."""
 
 
-def without_beginnings(recording: Recording, packed: Packed) -> Packed:
+def without_transients(recording: Recording, packed: Packed) -> Packed:
     """`packed` without what was observed in the first rows of pieces before which other voltages had been applied.
 
     A piece that does not begin at rest begins at a speed that is fitted. A delay, or the current's lag, carries older
     voltages into it, which the piece does not hold; once they have passed, that speed makes up for them.
     """
-    valid = packed.lanes.valid.copy()
-    for lane, first in zip(*np.nonzero(packed.lanes.free), strict=True):
-        segment, row = int(packed.segment_of[lane, first]), int(packed.row_of[lane, first])
+    valid = packed.batch.valid.copy()
+    for sequence, first in zip(*np.nonzero(packed.batch.free), strict=True):
+        segment, row = int(packed.segment_of[sequence, first]), int(packed.row_of[sequence, first])
         if row == 0 and not _driven_before(recording, segment):
             continue
-        rows = np.flatnonzero(valid[lane] & (packed.lanes.piece[lane] == packed.lanes.piece[lane, first]))
-        valid[lane, rows[: min(LATE, len(rows) // 3)]] = False
-    return dataclasses.replace(packed, lanes=packed.lanes._replace(valid=valid))
+        rows = np.flatnonzero(valid[sequence] & (packed.batch.piece[sequence] == packed.batch.piece[sequence, first]))
+        valid[sequence, rows[: min(LATE, len(rows) // 3)]] = False
+    return dataclasses.replace(packed, batch=packed.batch._replace(valid=valid))
 
 
 def _driven_before(recording: Recording, index: int) -> bool:
@@ -46,13 +46,13 @@ def _driven_before(recording: Recording, index: int) -> bool:
 
 def first_speeds(log: Log) -> np.ndarray:
     """(k,) of each piece that does not begin at rest, the mean of what its first rows show [rad/s]; else zero."""
-    lanes = log.problem.lanes
+    batch = log.problem.batch
     speeds = np.zeros(log.problem.pieces + 1)
-    valid, piece = np.asarray(lanes.valid), np.asarray(lanes.piece)
-    for lane, row in zip(*np.nonzero(np.asarray(lanes.free)), strict=True):
-        used = np.flatnonzero(valid[lane] & (piece[lane] == piece[lane, row]))[:FIRST_ROWS]
+    valid, piece = np.asarray(batch.valid), np.asarray(batch.piece)
+    for sequence, row in zip(*np.nonzero(np.asarray(batch.free)), strict=True):
+        used = np.flatnonzero(valid[sequence] & (piece[sequence] == piece[sequence, row]))[:FIRST_ROWS]
         if used.size:
-            speeds[piece[lane, row]] = float(np.asarray(lanes.observed)[lane, used].mean())
+            speeds[piece[sequence, row]] = float(np.asarray(batch.observed)[sequence, used].mean())
     duration = float(np.asarray(log.measured_log.duration))
     return speeds * float(log.problem.unit) / (duration if log.problem.kind == "turn" else 1.0)
 

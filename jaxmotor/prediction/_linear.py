@@ -62,10 +62,10 @@ def reading_of(psi: Float[Array, " p"], problem: Problem) -> Reading:
 def observe(
     motor: AbstractLinearMotor,
     problem: Problem,
-    volts: Float[Array, "lane row"],
-    initial_speed: Float[Array, "lane row"],
+    volts: Float[Array, "sequence row"],
+    initial_speed: Float[Array, "sequence row"],
     reading: Reading = AS_STATED,
-) -> Float[Array, "lane row"]:
+) -> Float[Array, "sequence row"]:
     """What the log would hold [units] of a motor under `volts`, from `initial_speed`, read as `reading` says."""
     if reading.window is not None and isinstance(motor, SecondOrder):
         # Of two lags: their closed form compiles several times as fast, and has derivatives where a window ends.
@@ -74,14 +74,14 @@ def observe(
             poles
         )
         return jnp.tensordot(share, each, 1)
-    lanes = problem.lanes
-    duration, reset = jnp.asarray(lanes.duration), jnp.asarray(lanes.reset)
+    batch = problem.batch
+    duration, reset = jnp.asarray(batch.duration), jnp.asarray(batch.reset)
 
-    def lane(volts, reset, initial_speed, duration) -> Motion:
+    def sequence(volts, reset, initial_speed, duration) -> Motion:
         return simulate(motor, volts, reset, initial_speed, duration, reading.late)
 
-    per_lane = (0, 0, 0, None if duration.ndim == 0 else 0)
-    motion = jax.vmap(lane, per_lane)(volts, reset, initial_speed, duration)
+    per_sequence = (0, 0, 0, None if duration.ndim == 0 else 0)
+    motion = jax.vmap(sequence, per_sequence)(volts, reset, initial_speed, duration)
     if problem.kind == "turn":
         return motion.turn / problem.unit
     if problem.kind == "speed":
@@ -104,16 +104,16 @@ def _mean_speed(
     motor: AbstractLinearMotor,
     problem: Problem,
     motion: Motion,
-    volts: Float[Array, "lane row"],
-    initial_speed: Float[Array, "lane row"],
+    volts: Float[Array, "sequence row"],
+    initial_speed: Float[Array, "sequence row"],
     reading: Reading,
-) -> Float[Array, "lane row"]:
+) -> Float[Array, "sequence row"]:
     """Over the window before each row [rad/s]."""
-    lanes, duration = problem.lanes, jnp.asarray(problem.lanes.duration)
+    batch, duration = problem.batch, jnp.asarray(problem.batch.duration)
     angle = jnp.cumsum(motion.turn, axis=1) - motion.turn
     begin = _begin(problem, initial_speed, reading.window)
 
-    def at_first(values: Float[Array, "lane row"]) -> Float[Array, "lane row"]:
+    def at_first(values: Float[Array, "sequence row"]) -> Float[Array, "sequence row"]:
         return jnp.take_along_axis(values, begin.row, axis=1)
 
     state = jnp.take_along_axis(motion.state, begin.row[..., None], axis=1)
@@ -121,7 +121,7 @@ def _mean_speed(
         drives, holds = (at_first(volts),), (jax.vmap(jax.vmap(motor.hold))(begin.part),)
     else:
         axes = (0, 0, None if duration.ndim == 0 else 0, None)
-        rows = jax.vmap(switched, axes)(volts, jnp.asarray(lanes.reset), duration, reading.late)
+        rows = jax.vmap(switched, axes)(volts, jnp.asarray(batch.reset), duration, reading.late)
         drives = at_first(rows.first), at_first(rows.second)
         # Neither part is quite nothing: the hold of a motor of second order has no derivative there.
         until = jnp.minimum(at_first(rows.part), (1 - 1e-9) * begin.part)
@@ -134,22 +134,22 @@ def _mean_speed(
 class _Begin(NamedTuple):
     """Where the window of each row begins."""
 
-    row: Int[Array, "lane row"]
-    part: Float[Array, "lane row"]
+    row: Int[Array, "sequence row"]
+    part: Float[Array, "sequence row"]
     """Since that row began [s]."""
-    before: Float[Array, "lane row"] | float = 0.0
+    before: Float[Array, "sequence row"] | float = 0.0
     """Angle turned in the part of the window that is before the piece, at its initial speed [rad]."""
 
 
-def _begin(problem: Problem, initial_speed: Float[Array, "lane row"], window: Float[Array, ""] | None) -> _Begin:
+def _begin(problem: Problem, initial_speed: Float[Array, "sequence row"], window: Float[Array, ""] | None) -> _Begin:
     """Of a `window` of any length [s], or of that which the log states."""
-    lanes = problem.lanes
-    number = jnp.broadcast_to(jnp.arange(lanes.volts.shape[1], dtype=jnp.int32), lanes.volts.shape)
+    batch = problem.batch
+    number = jnp.broadcast_to(jnp.arange(batch.volts.shape[1], dtype=jnp.int32), batch.volts.shape)
     if window is None:
-        return _Begin(number - jnp.asarray(lanes.back, jnp.int32), jnp.asarray(lanes.part))
-    duration = jnp.broadcast_to(jnp.asarray(lanes.duration), lanes.volts.shape)
+        return _Begin(number - jnp.asarray(batch.back, jnp.int32), jnp.asarray(batch.part))
+    duration = jnp.broadcast_to(jnp.asarray(batch.duration), batch.volts.shape)
     time = jnp.cumsum(duration, axis=1) - duration
-    first = jax.lax.cummax(jnp.where(jnp.asarray(lanes.reset), number, 0), axis=1)
+    first = jax.lax.cummax(jnp.where(jnp.asarray(batch.reset), number, 0), axis=1)
     least, speed = (jnp.take_along_axis(values, first, axis=1) for values in (time, initial_speed))
     begin = jnp.maximum(time - window, least)
     row = jax.vmap(lambda time, begin: jnp.searchsorted(time, begin, side="right"))(time, begin) - 1
@@ -158,17 +158,19 @@ def _begin(problem: Problem, initial_speed: Float[Array, "lane row"], window: Fl
     return _Begin(row, part, speed * jnp.maximum(window - (time - least), 0.0))
 
 
-def predict(psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem) -> Float[Array, "lane row"]:
+def predict(
+    psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem
+) -> Float[Array, "sequence row"]:
     """What the log would hold [units] at ψ."""
-    lanes = problem.lanes
-    start = jnp.asarray(lanes.free) * initial_speed[lanes.piece]
+    batch = problem.batch
+    start = jnp.asarray(batch.free) * initial_speed[batch.piece]
     unit_gain = motor_of(psi.at[0].set(1.0), problem)
-    return observe(unit_gain, problem, psi[0] * jnp.asarray(lanes.volts) + psi[1], start, reading_of(psi, problem))
+    return observe(unit_gain, problem, psi[0] * jnp.asarray(batch.volts) + psi[1], start, reading_of(psi, problem))
 
 
-def start_columns(psi: Float[Array, " p"], problem: Problem) -> Float[Array, "lane row c"]:
+def start_columns(psi: Float[Array, " p"], problem: Problem) -> Float[Array, "sequence row c"]:
     """What one rad/s of initial speed adds to the piece it belongs to [units]; no column where all start at rest."""
-    free = jnp.asarray(problem.lanes.free)
+    free = jnp.asarray(problem.batch.free)
     if not problem.free:
         return jnp.zeros((*free.shape, 0), free.dtype)
     window = reading_of(psi, problem).window

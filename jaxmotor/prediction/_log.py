@@ -26,28 +26,28 @@ class Log(eqx.Module):
     """One recording, and what must be known of its rig. Static fields choose the program, arrays are its data."""
 
     problem: Problem
-    time: Float[Array, "lane row"]
+    time: Float[Array, "sequence row"]
     """Since the recording began [s]."""
-    angle: Float[Array, "lane row"] | None
+    angle: Float[Array, "sequence row"] | None
     """Measured [rad]; None where it is not known throughout."""
     measured_log: MeasuredLog
     """All rows in their order, from which the winding's warmth follows."""
-    row: Int[Array, "lane row"]
-    """Which of those each row of a lane is."""
+    row: Int[Array, "sequence row"]
+    """Which of those each row of a sequence is."""
     supply: Float[Array, ""]
     """Nominal [V]."""
     steps: Int[Array, ""]
     """Steps per row."""
     used: Int[Array, ""]
-    """Rows of the fullest lane; the others are padding."""
+    """Rows of the fullest sequence; the others are padding."""
     lengths: Float[Array, " 2"] | None
     """A typical duration of a row and the longest [s], where rows have durations of their own."""
     late: int = eqx.field(static=True)
     """How many of the last voltages a simulation keeps (`rows_late`)."""
 
     @property
-    def valid(self) -> Bool[np.ndarray, "lane row"]:
-        return np.asarray(self.problem.lanes.valid)
+    def valid(self) -> Bool[np.ndarray, "sequence row"]:
+        return np.asarray(self.problem.batch.valid)
 
 
 def log_of(recording: Recording, packed: Packed, pole_rad_s: float, everything: Packed | None = None) -> Log:
@@ -65,13 +65,13 @@ def log_of(recording: Recording, packed: Packed, pole_rad_s: float, everything: 
         to_jax(np.float64(supply_of(recording))),
         to_jax(np.int32(_steps(packed, pole_rad_s))),
         to_jax(np.int32(np.nonzero(packed.segment_of >= 0)[1].max() + 1)),
-        None if packed.lanes.duration.ndim == 0 else to_jax(np.array([period, longest])),
+        None if packed.batch.duration.ndim == 0 else to_jax(np.array([period, longest])),
         rows_late(period),
     )
 
 
 def _angle(columns: list[np.ndarray], packed: Packed) -> np.ndarray:
-    """(lane, row) of `columns`, one for each segment, but for whole turns."""
+    """(sequence, row) of `columns`, one for each segment, but for whole turns."""
     angle = np.zeros(packed.row_of.shape)
     for index in np.unique(packed.segment_of[packed.segment_of >= 0]):
         cells = packed.segment_of == index
@@ -85,7 +85,7 @@ def _steps(packed: Packed, pole_rad_s: float) -> int:
     most = steps_per_row(period, pole_rad_s)
     if observation.noise.known or observation.noise.measured != "speed":
         return most
-    spread = float(np.std(packed.lanes.observed[packed.lanes.valid])) / math.sqrt(observation.floor)
+    spread = float(np.std(packed.batch.observed[packed.batch.valid])) / math.sqrt(observation.floor)
     return min(most, max(2, math.ceil(pole_rad_s * period * math.sqrt(STEP_ERROR / SEEN_ERROR * spread))))
 
 

@@ -1,8 +1,8 @@
-"""A recording as arrays of one shape: its segments packed end to end into a few lanes.
+"""A recording as arrays of one shape: its segments packed end to end into a few sequences.
 
 Segments differ in length; a scan over a padded block would be mostly padding, and a new shape for each
 recording a new compilation. A *piece* is a run of rows without a lost tick; pieces are packed into at most
-`LANES` lanes, and lengths are rounded up to 2^k or 1.5 2^k.
+`SEQUENCES` sequences, and lengths are rounded up to 2^k or 1.5 2^k.
 """
 
 import dataclasses
@@ -15,11 +15,11 @@ from jaxmotor.prediction._flexible_model import LogRows
 from jaxmotor.prediction._noise import Noise, estimated, rounding, unknown
 from jaxmotor.recording import Recording, Segment, at_duty, is_steady
 
-LANES = 16
+SEQUENCES = 16
 
 
-class Lanes(NamedTuple):
-    """Arrays (lane, row); a row that holds nothing has `valid` false and the number of pieces as `piece`."""
+class Batch(NamedTuple):
+    """Arrays (sequence, row); a row that holds nothing has `valid` false and the number of pieces as `piece`."""
 
     volts: np.ndarray
     """Held from this row to the next [V]."""
@@ -45,12 +45,12 @@ class Lanes(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Observation:
-    """How `Lanes.observed` came from the motion, and how well."""
+    """How `Batch.observed` came from the motion, and how well."""
 
     kind: Literal["turn", "speed", "window"]
     """Angle turned until the next row; speed at the row; mean speed over `window_s` before the row."""
     unit: float
-    """One unit of `Lanes.observed` in rad (turn) or rad/s: the encoder's count, or what makes `floor` the noise."""
+    """One unit of `Batch.observed` in rad (turn) or rad/s: the encoder's count, or what makes `floor` the noise."""
     floor: float
     """Variance of one observation in units squared if the motor did exactly what the model says [1]."""
     noise: Noise
@@ -68,26 +68,26 @@ class Observation:
 class Packed:
     """A recording ready to be fitted, and the way back to its rows."""
 
-    lanes: Lanes
+    batch: Batch
     observation: Observation
     pieces: int
     """Number of pieces, rounded up to a power of two."""
     clusters: int
     """Number of clusters, rounded up to a power of two."""
     segment_of: np.ndarray
-    """(lane, row) index of the segment in the recording, -1 where there is none."""
+    """(sequence, row) index of the segment in the recording, -1 where there is none."""
     row_of: np.ndarray
-    """(lane, row) index of the row within its segment."""
+    """(sequence, row) index of the row within its segment."""
     time_s: np.ndarray
-    """(lane, row) since the segment's first row [s]."""
+    """(sequence, row) since the segment's first row [s]."""
 
     def __len__(self) -> int:
-        return int(self.lanes.valid.sum())
+        return int(self.batch.valid.sum())
 
     @property
     def durations(self) -> tuple[float, float]:
         """The median and the longest duration of rows that another one of their segment follows [s]."""
-        durations = self.lanes.duration
+        durations = self.batch.duration
         if durations.ndim:
             follows = (self.segment_of[:, :-1] >= 0) & (self.segment_of[:, :-1] == self.segment_of[:, 1:])
             durations = durations[:, :-1][follows]
@@ -105,7 +105,7 @@ class Piece(NamedTuple):
 class Padding(NamedTuple):
     """Shapes that are rounded up to few: simulations stop after the rows in use, but means over windows do not."""
 
-    lanes: int
+    batch: int
     rows: int
     """The fewest; more are 2^k or 1.5 2^k."""
     pieces: int
@@ -113,7 +113,7 @@ class Padding(NamedTuple):
 
 
 PADDED = Padding(16, 2048, 64)
-SHORT_LANES, SHORT_ROWS, SHORT_PIECES = (1, 4, 16), (512, 1024, 2048), 64
+SHORT_BATCHES, SHORT_ROWS, SHORT_PIECES = (1, 4, 16), (512, 1024, 2048), 64
 """Sizes of short recordings for programs that compute all rows: they do so in less time than to compile one takes."""
 
 
@@ -125,7 +125,7 @@ def pack(
     few_shapes: bool = False,
     noise: Noise | None = None,
 ) -> Packed:
-    """The `segments` (indices) of `recording` as lanes. Numpy only; nothing is fitted.
+    """The `segments` (indices) of `recording` as sequences. Numpy only; nothing is fitted.
 
     `padding` asks for one of few shapes, `few_shapes` for the same of short recordings only, with the pieces where they
     would be without. With `rest_before` a row of rest comes before pieces that are driven from their first row on:
@@ -136,16 +136,16 @@ def pack(
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
     if rest_before:
         pieces = [piece._replace(rest=_driven_at_once(recording, piece)) for piece in pieces]
-    lane_of, start_of, length = _place([_size(piece) for piece in pieces], padding.lanes if padding else None)
-    shape = (padding.lanes, max(padding.rows, bucket(length))) if padding else (max(lane_of) + 1, bucket(length))
+    sequence_of, start_of, length = _place([_size(piece) for piece in pieces], padding.batch if padding else None)
+    shape = (padding.batch, max(padding.rows, bucket(length))) if padding else (max(sequence_of) + 1, bucket(length))
     number_of_pieces = max(_power_of_two(len(pieces)), padding.pieces if padding else 1)
     blocks, number_of_blocks = _blocks(pieces)
     clusters = _power_of_two(number_of_blocks)
     if few_shapes and length <= SHORT_ROWS[-1]:
-        lanes, rows = shape
-        shape = min(size for size in SHORT_LANES if size >= lanes), min(size for size in SHORT_ROWS if size >= rows)
+        batch, rows = shape
+        shape = min(size for size in SHORT_BATCHES if size >= batch), min(size for size in SHORT_ROWS if size >= rows)
         number_of_pieces, clusters = max(number_of_pieces, SHORT_PIECES), max(clusters, SHORT_PIECES)
-    packed = Lanes(
+    packed = Batch(
         volts=np.zeros(shape),
         reset=np.zeros(shape, bool),
         free=np.zeros(shape),
@@ -158,12 +158,12 @@ def pack(
         part=np.zeros(shape),
     )
     segment_of, row_of, time_s = np.full(shape, -1), np.zeros(shape, int), np.zeros(shape)
-    for number, (piece, lane, start) in enumerate(zip(pieces, lane_of, start_of, strict=True)):
+    for number, (piece, sequence, start) in enumerate(zip(pieces, sequence_of, start_of, strict=True)):
         segment = recording.segments[piece.segment]
-        _fill(packed, (lane, slice(start + piece.rest, start + _size(piece))), recording, piece, observation)
+        _fill(packed, (sequence, slice(start + piece.rest, start + _size(piece))), recording, piece, observation)
         if is_steady(segment):
-            packed.valid[lane, start : start + _size(piece) // 2] = False
-        cells = (lane, slice(start, start + _size(piece)))
+            packed.valid[sequence, start : start + _size(piece) // 2] = False
+        cells = (sequence, slice(start, start + _size(piece)))
         rows = np.maximum(np.arange(piece.rows.start - piece.rest, piece.rows.stop), piece.rows.start)
         packed.reset[cells] = np.arange(len(rows)) == 0
         packed.piece[cells] = number
@@ -172,31 +172,31 @@ def pack(
         row_of[cells] = rows
         time_s[cells] = segment.time_s[rows]
         if piece.rest and packed.duration.ndim:
-            packed.duration[lane, start] = packed.duration[lane, start + 1]
+            packed.duration[sequence, start] = packed.duration[sequence, start + 1]
     found = Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
     return found if observation.floor_known else _in_noise(recording, found, segments, noise)
 
 
-def _fill(lanes: Lanes, cells: tuple[int, slice], recording: Recording, piece: Piece, observation: Observation) -> None:
+def _fill(batch: Batch, cells: tuple[int, slice], recording: Recording, piece: Piece, observation: Observation) -> None:
     segment, rows = recording.segments[piece.segment], piece.rows
     time = segment.time_s[rows]
-    lanes.volts[cells] = segment.volts[rows]
-    lanes.free[cells[0], cells[1].start] = float(piece.free)
-    if lanes.duration.ndim:
-        lanes.duration[cells] = np.diff(time, append=time[-1] + 1.0)
+    batch.volts[cells] = segment.volts[rows]
+    batch.free[cells[0], cells[1].start] = float(piece.free)
+    if batch.duration.ndim:
+        batch.duration[cells] = np.diff(time, append=time[-1] + 1.0)
     if observation.kind == "turn":
         all_but_last = (cells[0], slice(cells[1].start, cells[1].stop - 1))
-        lanes.observed[all_but_last] = _turned(recording, segment, time, rows, observation.unit)
-        lanes.valid[all_but_last] = True
+        batch.observed[all_but_last] = _turned(recording, segment, time, rows, observation.unit)
+        batch.valid[all_but_last] = True
         return
     assert segment.speed_rad_s is not None
-    lanes.observed[cells] = at_duty(recording, segment.speed_rad_s[rows], time) / observation.unit
+    batch.observed[cells] = at_duty(recording, segment.speed_rad_s[rows], time) / observation.unit
     begin = np.maximum(time - observation.window_s, time[0])
     row = np.clip(np.searchsorted(time, begin + 1e-9 * observation.window_s, side="right") - 1, 0, None)
-    lanes.back[cells] = np.arange(len(time)) - row
-    lanes.part[cells] = np.maximum(begin - time[row], 0.0)
+    batch.back[cells] = np.arange(len(time)) - row
+    batch.part[cells] = np.maximum(begin - time[row], 0.0)
     # Before a piece that begins at rest the shaft stood still.
-    lanes.valid[cells] = not piece.free or time - time[0] >= observation.window_s * (1 - 1e-9)
+    batch.valid[cells] = not piece.free or time - time[0] >= observation.window_s * (1 - 1e-9)
 
 
 def _turned(recording: Recording, segment: Segment, time: np.ndarray, rows: slice, unit: float) -> np.ndarray:
@@ -237,16 +237,16 @@ def _size(piece: Piece) -> int:
     return piece.rows.stop - piece.rows.start + piece.rest
 
 
-def _place(sizes: list[int], lanes: int | None) -> tuple[list[int], list[int], int]:
-    """Lane and first row of each piece, and the rows of the fullest lane; the longest are placed first."""
-    count = lanes or max(1, min(LANES, sum(sizes) // max(sizes)))
+def _place(sizes: list[int], batch: int | None) -> tuple[list[int], list[int], int]:
+    """Sequence and first row of each piece, and the rows of the fullest sequence; the longest are placed first."""
+    count = batch or max(1, min(SEQUENCES, sum(sizes) // max(sizes)))
     load = [0] * count
-    lane_of, start_of = [0] * len(sizes), [0] * len(sizes)
+    sequence_of, start_of = [0] * len(sizes), [0] * len(sizes)
     for number in sorted(range(len(sizes)), key=lambda number: -sizes[number]):
-        lane = load.index(min(load))
-        lane_of[number], start_of[number] = lane, load[lane]
-        load[lane] += sizes[number]
-    return lane_of, start_of, max(load)
+        sequence = load.index(min(load))
+        sequence_of[number], start_of[number] = sequence, load[sequence]
+        load[sequence] += sizes[number]
+    return sequence_of, start_of, max(load)
 
 
 def up_by_four(least: int, size: int) -> int:
@@ -321,26 +321,26 @@ def _in_noise(recording: Recording, packed: Packed, segments: tuple[int, ...], n
     # A mean speed over a tick is taken as a turn.
     per_level = float(np.median(rows.duration[rows.valid])) if rows.turn and recording.measured == "speed" else 1.0
     unit = noise.level * per_level / np.sqrt(observation.floor)
-    lanes = packed.lanes._replace(observed=packed.lanes.observed / unit)
+    batch = packed.batch._replace(observed=packed.batch.observed / unit)
     observation = dataclasses.replace(observation, unit=unit, noise=noise)
-    return dataclasses.replace(packed, lanes=lanes, observation=observation)
+    return dataclasses.replace(packed, batch=batch, observation=observation)
 
 
 def _log_rows(packed: Packed) -> LogRows:
     """The rows of `packed` [1 rad or 1 rad/s], one piece after the other."""
-    lanes, turn = packed.lanes, packed.observation.kind == "turn"
-    duration = np.broadcast_to(lanes.duration, lanes.volts.shape)
+    batch, turn = packed.batch, packed.observation.kind == "turn"
+    duration = np.broadcast_to(batch.duration, batch.volts.shape)
     used = packed.segment_of >= 0
-    speed = np.where(lanes.valid, lanes.observed / duration if turn else lanes.observed, 0.0)
+    speed = np.where(batch.valid, batch.observed / duration if turn else batch.observed, 0.0)
     return LogRows(
-        volts=lanes.volts[used],
-        reset=lanes.reset[used],
-        free=lanes.free[used],
+        volts=batch.volts[used],
+        reset=batch.reset[used],
+        free=batch.free[used],
         duration=duration[used],
         speed=speed[used],
-        valid=lanes.valid[used],
-        back=lanes.back[used],
-        part=lanes.part[used],
+        valid=batch.valid[used],
+        back=batch.back[used],
+        part=batch.part[used],
         turn=turn,
         window_s=packed.observation.window_s if packed.observation.kind == "window" else 0.0,
     )

@@ -8,13 +8,13 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from jaxmotor._precision import to_jax
-from jaxmotor.prediction._packing import Lanes, Packed
+from jaxmotor.prediction._packing import Batch, Packed
 
 
 class Problem(eqx.Module):
     """One recording, and what is asked of it. Static fields choose the program, arrays are its data."""
 
-    lanes: Lanes
+    batch: Batch
     unit: Float[Array, ""]
     window: Float[Array, ""]
     kind: Literal["turn", "speed", "window"] = eqx.field(static=True)
@@ -39,11 +39,11 @@ class Problem(eqx.Module):
         return 1 / 12 if self.kind == "turn" else 0.0
 
     @property
-    def begins(self) -> Bool[Array, "lane row"]:
+    def begins(self) -> Bool[Array, "sequence row"]:
         """Rows whose error shares nothing with the row before."""
-        lanes = self.lanes
-        before = jnp.pad(lanes.valid[:, :-1], ((0, 0), (1, 0)))
-        return jnp.asarray(lanes.reset) | ~before
+        batch = self.batch
+        before = jnp.pad(batch.valid[:, :-1], ((0, 0), (1, 0)))
+        return jnp.asarray(batch.reset) | ~before
 
 
 def as_problem(packed: Packed, timed: bool = False, held: np.ndarray | None = None) -> Problem:
@@ -51,16 +51,16 @@ def as_problem(packed: Packed, timed: bool = False, held: np.ndarray | None = No
 
     With `held` (p,) so is how its speeds were averaged; those of ψ are not fitted.
     """
-    observation, lanes = packed.observation, packed.lanes
+    observation, batch = packed.observation, packed.batch
     return Problem(
-        lanes,
+        batch,
         to_jax(observation.unit),
         to_jax(observation.window_s),
         observation.kind if held is None else "window",
         observation.floor_known,
         packed.pieces,
         packed.clusters,
-        bool(lanes.free.any()),
+        bool(batch.free.any()),
         to_jax(np.float64(packed.durations[0])) if timed else None,
         None if held is None else to_jax(held),
     )

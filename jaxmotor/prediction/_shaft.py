@@ -46,22 +46,22 @@ def measured_log(recording: Recording, packed: Packed) -> MeasuredLog:
 
     There are as many as `packed` has room for, the last of them empty: one program serves many recordings.
     """
-    cells, lanes, unit = packed.segment_of >= 0, packed.lanes, packed.observation.unit
+    cells, batch, unit = packed.segment_of >= 0, packed.batch, packed.observation.unit
     time = time_of(recording, packed)
     order = np.argsort(time[cells], kind="stable")
     duration, _ = packed.durations
-    speed, variance = lanes.observed * unit, unit**2 / 12
+    speed, variance = batch.observed * unit, unit**2 / 12
     if packed.observation.kind == "turn":
-        speed, variance = speed / np.asarray(lanes.duration), 2 * variance / duration**2
+        speed, variance = speed / np.asarray(batch.duration), 2 * variance / duration**2
     # A tick without a measurement moved about as the one before it.
-    speed = np.where(lanes.valid, speed, np.roll(speed, 1, axis=1))
+    speed = np.where(batch.valid, speed, np.roll(speed, 1, axis=1))
     padding = np.zeros(cells.size - len(order))
-    volts, speed, time = (np.concatenate([array[cells][order], padding]) for array in (lanes.volts, speed, time))
+    volts, speed, time = (np.concatenate([array[cells][order], padding]) for array in (batch.volts, speed, time))
     length, supply, noise = (np.float64(number) for number in (duration, supply_of(recording), variance))
     return to_jax(MeasuredLog(volts, speed, time, np.int32(len(order)), length, supply, noise))  # pyright: ignore[reportArgumentType]
 
 
-def rows_in_log(recording: Recording, packed: Packed, everything: Packed) -> Int[np.ndarray, "lane row"]:
+def rows_in_log(recording: Recording, packed: Packed, everything: Packed) -> Int[np.ndarray, "sequence row"]:
     """Which row of `measured_log(recording, everything)` each row of `packed` is, or is followed by in its segment."""
     cells, many = everything.segment_of >= 0, max(map(len, recording.segments))
     number = everything.segment_of[cells] * many + everything.row_of[cells]
@@ -73,6 +73,6 @@ def rows_in_log(recording: Recording, packed: Packed, everything: Packed) -> Int
 
 
 def time_of(recording: Recording, packed: Packed) -> np.ndarray:
-    """(lane, row) since the recording began [s]; zero where there is no row."""
+    """(sequence, row) since the recording began [s]; zero where there is no row."""
     start = np.array([segment.start_s for segment in recording.segments])
     return np.where(packed.segment_of >= 0, start[packed.segment_of] + packed.time_s, 0.0)

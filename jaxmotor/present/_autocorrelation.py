@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from jaxmotor.estimate import Trace
-from jaxmotor.present._style import BAND, EXACT, GREY, PAPER, Look, OnAxes, legend_above, panels, styled
+from jaxmotor.present._style import BAND, EXACT, GREY, PAPER, OnAxes, Style, legend_above, panels, styled
 
 LAGS = 25
-LOOKS = (PAPER | Look(marker="s", markersize=3), EXACT | Look(marker="o", markersize=3))
+STYLES = (PAPER | Style(marker="s", markersize=3), EXACT | Style(marker="o", markersize=3))
 
 
 @styled
@@ -21,8 +21,8 @@ def autocorrelation(residuals: Mapping[str, Sequence[Trace]], *, axes: OnAxes = 
     number = sum(len(trace.time_s) for trace in next(iter(residuals.values())))
     half = 1.96 / np.sqrt(max(number, 1))
     ax.fill_between([0.0, LAGS], -half, half, label="95 % of white noise", **BAND)
-    for (name, traces), look in zip(residuals.items(), LOOKS[-len(residuals) :], strict=True):
-        ax.plot(lags, autocorrelations(traces), label=name, **(look | {"linewidth": 0.8}))
+    for (name, traces), style in zip(residuals.items(), STYLES[-len(residuals) :], strict=True):
+        ax.plot(lags, autocorrelations(traces), label=name, **(style | {"linewidth": 0.8}))
     ax.axhline(0, color=GREY, linewidth=0.6)
     ax.set(xlabel="Lag (rows)", ylabel="Autocorrelation", xlim=(-0.4, LAGS + 0.4))
     legend_above(ax, columns=3)

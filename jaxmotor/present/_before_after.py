@@ -9,7 +9,7 @@ from jaxmotor.present._fit import with_gaps
 from jaxmotor.present._style import EXACT, GREY, PAPER, SMALL_DOTS, OnAxes, legend_above, panels, styled
 
 MOST_ROWS = 500
-LINEAR, EXTENDED = (look | {"linewidth": 1.0} for look in (PAPER, EXACT))
+LINEAR, EXTENDED = (style | {"linewidth": 1.0} for style in (PAPER, EXACT))
 
 
 @styled
@@ -23,9 +23,9 @@ def before_after(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     speed, left = axes[:, 0]
     speed.plot(before.time_s[rows], before.measured_rad_s[rows], label="measured", **SMALL_DOTS)
     motors = ((before, LINEAR, "linear"), (after, EXTENDED, "extended"))
-    for trace, look, name in motors if diagnosis.named else motors[:1]:
-        speed.plot(time, gap(trace.simulated_rad_s[rows]), label=f"{name}, fit {fit_percent((trace,)):.1f} %", **look)
-        left.plot(time, gap(trace.residual_rad_s[rows]), label=name, **look)
+    for trace, style, name in motors if diagnosis.named else motors[:1]:
+        speed.plot(time, gap(trace.simulated_rad_s[rows]), label=f"{name}, fit {fit_percent((trace,)):.1f} %", **style)
+        left.plot(time, gap(trace.residual_rad_s[rows]), label=name, **style)
     left.axhline(0, color=GREY, linewidth=0.6, zorder=0.5)
     speed.set_ylabel("Speed (rad/s)")
     left.set(xlabel="Time in the segment (s)", ylabel="Residual\n(rad/s)")
@@ -44,8 +44,8 @@ def loop_before_after(gain: LoopGain, *, axes: OnAxes = None) -> Figure:
     ax = axes[0, 0]
     ax.plot(loop.time_s, loop.measured_speed_rad_s, label="measured", **SMALL_DOTS)
     motors = ((gain.before, LINEAR, "linear"), (gain.after, EXTENDED, "extended"))
-    for run, look, name in motors if gain.after is not gain.before else motors[:1]:
-        ax.plot(loop.time_s, run.speed.mean, label=name, **look)
+    for run, style, name in motors if gain.after is not gain.before else motors[:1]:
+        ax.plot(loop.time_s, run.speed.mean, label=name, **style)
     ax.set(xlabel="Time in the segment (s)", ylabel="Speed (rad/s)")
     ax.margins(x=0.01)
     legend_above(ax, columns=3)
@@ -55,8 +55,8 @@ def loop_before_after(gain: LoopGain, *, axes: OnAxes = None) -> Figure:
 def best_gain(diagnosis: Diagnosis) -> tuple[Trace, Trace]:
     """The traces, linear and extended, of the held-out segment whose mean squared error fell most; of the fitted ones
     where none was held out."""
-    worth = diagnosis.held_out if diagnosis.held_out.traces_before else diagnosis.whole
-    pairs = list(zip(worth.traces_before, worth.traces_after, strict=True))
+    scores = diagnosis.held_out if diagnosis.held_out.traces_before else diagnosis.whole
+    pairs = list(zip(scores.traces_before, scores.traces_after, strict=True))
     gains = [float(np.mean(_gain(*pair))) for pair in pairs]
     return pairs[int(np.argmax(gains))]
 

@@ -28,8 +28,8 @@ from jaxmotor.present._style import (
     PAPER,
     REFERENCE,
     SECOND,
-    Look,
     OnAxes,
+    Style,
     frequency_axis,
     legend_above,
     panels,
@@ -49,7 +49,7 @@ DB_PER_RELATIVE = 20 / np.log(10)
 MOST_FREQUENCIES, MOST_TICKS = 300, 5
 VISIBLE = 0.01
 """Width of a band, of its panel's height, that can be seen."""
-LOOKS: dict[tuple[str, int], tuple[Look, str]] = {
+STYLES: dict[tuple[str, int], tuple[Style, str]] = {
     ("exact", 1): (EXACT, "o"),
     ("paper", 1): (PAPER, "s"),
     ("exact", 2): (SECOND, "D"),
@@ -90,11 +90,11 @@ def bode(frequency_response: FrequencyResponse, *, axes: OnAxes = None) -> Figur
     gain.set_ylabel("Gain (dB re 1 rad/s/V)")
     phase.set_ylabel("Phase (degrees)")
     joined = {} if len(groups) == 1 else {"linestyle": "none"}
-    for half, marker, label, look in (
+    for half, marker, label, style in (
         (band.gain_dB, "o", "gain (dB)", EXACT),
         (band.phase_deg, "s", "phase (degrees)", PAPER),
     ):
-        width.plot(frequency, half, marker=marker, markerfacecolor="white", label=label, **(look | joined))
+        width.plot(frequency, half, marker=marker, markerfacecolor="white", label=label, **(style | joined))
     width.set(yscale="log", ylabel="Half-width\n(95 %)", xlabel="Frequency (Hz)")
     low, high = width.get_ylim()
     width.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0) if high < 100 * low else (1.0,), numticks=MOST_TICKS))
@@ -133,12 +133,12 @@ def bode_models(
         _draw_points(gain, phase, seen, method, f", {method} reading" if "paper" in readings else "")
     residuals = []
     for fit in fits:
-        label, (look, marker) = _name(fit, fits), LOOKS[fit.method, fit.motor.order]
+        label, (style, marker) = _name(fit, fits), STYLES[fit.method, fit.motor.order]
         seen = readings[fit.method]
         model = model_response(seen, fit.motor, fit.method, fine)
-        gain.plot(fine, decibel(model), label=label, **look)
-        phase.plot(fine, degrees(model), label=label, **look)
-        residuals.append((seen, model_response(seen, fit.motor, fit.method, frequency), label, look, marker))
+        gain.plot(fine, decibel(model), label=label, **style)
+        phase.plot(fine, degrees(model), label=label, **style)
+        residuals.append((seen, model_response(seen, fit.motor, fit.method, frequency), label, style, marker))
     exact = [fit for fit in fits if fit.method == "exact"]
     if exact and "paper" in readings:
         seen = readings["paper"]
@@ -146,8 +146,8 @@ def bode_models(
         residuals.append((seen, model, "paper model at the exact pole", OTHER, "^"))
     if extended is not None:
         residuals.append((measured, np.asarray(extended)[order][: len(frequency)], "extended model", PAPER, "s"))
-    for seen, model, label, look, marker in residuals:
-        _draw_residuals((gain_left, phase_left), seen, model, label, look | {"marker": marker})
+    for seen, model, label, style, marker in residuals:
+        _draw_residuals((gain_left, phase_left), seen, model, label, style | {"marker": marker})
     for ax in (gain_left, phase_left):
         ax.axhline(0, color=GREY, linewidth=0.6)
     if "paper" in readings:
@@ -176,14 +176,14 @@ def _name(fit: Fit, fits: Sequence[Fit]) -> str:
 
 
 def _draw_residuals(
-    axes: tuple[Axes, Axes], seen: FrequencyResponse, model: np.ndarray, label: str, look: Look
+    axes: tuple[Axes, Axes], seen: FrequencyResponse, model: np.ndarray, label: str, style: Style
 ) -> None:
     """Gain and phase of measured over modelled, with the measurement's 95 % intervals."""
     known = np.isfinite(model)
     ratio, at = np.asarray(seen.response)[known] / model[known], np.asarray(seen.frequency_Hz)[known]
     for (amplitude, rows), fill in zip(by_amplitude(seen), FILLS, strict=False):
-        fill = look["color"] if fill == GREY else fill
-        drawn = look | {"markerfacecolor": fill, "label": f"{label}{amplitude}", "linewidth": 0.9, "capsize": 2}
+        fill = style["color"] if fill == GREY else fill
+        drawn = style | {"markerfacecolor": fill, "label": f"{label}{amplitude}", "linewidth": 0.9, "capsize": 2}
         rows = rows[known]
         for ax, value, half in zip(axes, (decibel(ratio), degrees(ratio)), response_band(seen), strict=True):
             ax.errorbar(at[rows], value[rows], half[known][rows], **drawn)
@@ -197,8 +197,8 @@ def _draw_points(gain: Axes, phase: Axes, seen: FrequencyResponse, method: str, 
             at, middle, around = frequency[rows], value[rows], half[rows]
             ax.fill_between(at, middle - around, middle + around, **BAND)
             label = f"measured{amplitude}{reading}"
-            look = MEASURED | {"marker": marker, "markersize": size, "markerfacecolor": fill}
-            ax.plot(at, middle, label=label, **look)
+            style = MEASURED | {"marker": marker, "markersize": size, "markerfacecolor": fill}
+            ax.plot(at, middle, label=label, **style)
 
 
 def as_paper_reads(measured: FrequencyResponse, fit: Fit) -> FrequencyResponse:
@@ -265,5 +265,5 @@ def _banded(
         band = "95 % band" if seen and not ax.collections else None
         ax.fill_between(at, middle - around, middle + around, label=band, **BAND)
         ax.plot(at, middle, color=BLACK, linewidth=0.6)
-        look = {**MEASURED, "marker": marker}
-        ax.errorbar(at, middle, around, label=f"measured{name}", capsize=2, elinewidth=0.8, **look)
+        style = {**MEASURED, "marker": marker}
+        ax.errorbar(at, middle, around, label=f"measured{name}", capsize=2, elinewidth=0.8, **style)

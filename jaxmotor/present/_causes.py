@@ -22,7 +22,7 @@ from jaxmotor.present._style import (
     plain_numbers,
     styled,
 )
-from jaxmotor.words import named, odds, percent, plainly
+from jaxmotor.text import named, odds, percent, plainly
 
 LINEAR, NAMED, ALTERNATIVE = (
     {"facecolor": SILVER, "edgecolor": GREY},
@@ -36,7 +36,7 @@ NAME_WIDTH = 34
 class _Bar(NamedTuple):
     name: str
     value: float
-    look: dict[str, str]
+    style: dict[str, str]
     text: str
 
 
@@ -68,7 +68,7 @@ def probabilities(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
         for k, (name, share) in enumerate(odds(found))
     ]
     figure, ax = _drawn(bars, 0.0, axes)
-    for place in [k for k, one in enumerate(bars) if k and one.look is NAMED]:
+    for place in [k for k, one in enumerate(bars) if k and one.style is NAMED]:
         ax.axhline(place - 0.5, color=BLACK, linewidth=0.6)
     ax.set(xlim=(0, 115), xticks=range(0, 101, 20), xlabel="Probability (%)")
     return figure
@@ -76,18 +76,18 @@ def probabilities(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
 
 def _models(diagnosis: Diagnosis) -> list[_Bar]:
     """From above."""
-    worth, several = diagnosis.held_out, len(diagnosis.named) > 1
+    scores, several = diagnosis.held_out, len(diagnosis.named) > 1
     extended = "\n+ ".join(named(found.name) for found in diagnosis.named)
-    models = [("linear model", worth.drift_before, LINEAR), (extended, worth.drift_after, NAMED)]
+    models = [("linear model", scores.drift_before, LINEAR), (extended, scores.drift_after, NAMED)]
     for found in diagnosis.named:
         place = f"\nfor {named(found.name)}" if several else ""
         models += [
             (
                 f"{named(one.name)}{' *' if one.inseparable else ''}{place}",
-                worth.drift_after + one.chi2_excess,
+                scores.drift_after + one.chi2_excess,
                 ALTERNATIVE,
             )
-            for one in found.rivals
+            for one in found.alternatives
         ]
     return [_Bar(*model, plainly(model[1])) for model in (models if extended else models[:1])]
 
@@ -101,7 +101,7 @@ def _drawn(bars: list[_Bar], begin: float, axes: OnAxes) -> tuple[Figure, Axes]:
         layout.set(w_pad=0.12)  # names are wider in print than at the resolution of the layout
     ax = drawn[0, 0]
     for place, one in enumerate(bars):
-        ax.barh(place, one.value - begin, left=begin, height=0.62, linewidth=0.7, **one.look)
+        ax.barh(place, one.value - begin, left=begin, height=0.62, linewidth=0.7, **one.style)
         end = (max(one.value, begin), place)
         ax.annotate(one.text, end, (5, 0), textcoords="offset points", va="center", fontsize=7)
     ax.set_yticks(range(len(bars)), [one.name for one in bars], fontsize=7, linespacing=1.05)

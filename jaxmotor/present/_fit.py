@@ -19,8 +19,8 @@ from jaxmotor.present._style import (
     OTHER,
     PAPER,
     SMALL_DOTS,
-    Look,
     OnAxes,
+    Style,
     heading,
     legend_above,
     legend_below,
@@ -34,7 +34,7 @@ from jaxmotor.validation import OpenLoop
 MOST_PANELS = 12
 MOST_ROWS = 200
 MANY_POINTS, MOST_POINTS = 3_000, 60_000
-NO_EDGE = Look(markeredgewidth=0)
+NO_EDGE = Style(markeredgewidth=0)
 COLUMNS = 3
 
 

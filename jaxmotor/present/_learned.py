@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.diagnosis import LearnedLaw
 from jaxmotor.present._missing import COORDINATES
-from jaxmotor.present._style import BAND, BLACK, BLUE, Look, OnAxes, legend_below, panels, plain, styled
+from jaxmotor.present._style import BAND, BLACK, BLUE, OnAxes, Style, legend_below, panels, plain, styled
 
-BEST = Look(color=BLUE, linestyle="-", linewidth=1.8)
-OTHER = Look(color=BLACK, linestyle="-", linewidth=0.9)
+BEST = Style(color=BLUE, linestyle="-", linewidth=1.8)
+OTHER = Style(color=BLACK, linestyle="-", linewidth=0.9)
 TITLE = 54
 """Characters of a bold title across a figure."""
 

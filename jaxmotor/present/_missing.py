@@ -4,17 +4,17 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxmotor.diagnosis import Diagnosis, Look, MissingVolts
+from jaxmotor.diagnosis import Dependence, Diagnosis, MissingVolts
 from jaxmotor.present import _style
 from jaxmotor.present._style import BLACK, BLUE, SILVER, SKY, VERMILLION, OnAxes, legend_below, panels, styled
 
 BEFORE = (
-    _style.Look(color=SILVER, linestyle="none", marker=".", markersize=2, markeredgewidth=0),
-    _style.Look(color=BLACK, linestyle="-", marker="o", markersize=3.5, markerfacecolor="white"),
+    _style.Style(color=SILVER, linestyle="none", marker=".", markersize=2, markeredgewidth=0),
+    _style.Style(color=BLACK, linestyle="-", marker="o", markersize=3.5, markerfacecolor="white"),
 )
 AFTER = (
-    _style.Look(color=SKY, linestyle="none", marker=".", markersize=2, markeredgewidth=0),
-    _style.Look(color=BLUE, linestyle="-", marker="s", markersize=2.6, linewidth=1.0),
+    _style.Style(color=SKY, linestyle="none", marker=".", markersize=2, markeredgewidth=0),
+    _style.Style(color=BLUE, linestyle="-", marker="s", markersize=2.6, linewidth=1.0),
 )
 """How windows and means are drawn."""
 BINS, MOST_DOTS = 24, 1_500
@@ -63,9 +63,9 @@ def bin_means(at: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return means[:, 0], means[:, 1]
 
 
-def explained_percent(looks: tuple[Look, ...], coordinate: str) -> float:
-    """Of the variance, by the best look at it; 0 where it is no more than chance."""
-    shares = [look.share for look in looks if look.coordinate == coordinate and look.beyond_chance]
+def explained_percent(dependences: tuple[Dependence, ...], coordinate: str) -> float:
+    """Of the variance, by what depends on it most; 0 where it is no more than chance."""
+    shares = [one.share for one in dependences if one.coordinate == coordinate and one.beyond_chance]
     return 100 * max(shares, default=0.0)
 
 
@@ -85,21 +85,21 @@ def _span(ax: Axes, diagnosis: Diagnosis) -> None:
         ax.set_ylim(-1.05 * most, 1.05 * most)
 
 
-def _view(ax: Axes, volts: MissingVolts, coordinate: str, looks: tuple[_style.Look, _style.Look], name: str) -> None:
+def _view(ax: Axes, volts: MissingVolts, coordinate: str, styles: tuple[_style.Style, _style.Style], name: str) -> None:
     at = volts.along(coordinate)
     known = np.isfinite(at)
     if not known.any():
         return
     at, missing_mV = at[known], 1e3 * volts.volts[known]
     every = slice(None, None, 1 + len(at) // MOST_DOTS)
-    ax.plot(at[every], missing_mV[every], zorder=2, **looks[0])
-    ax.plot(*bin_means(at, missing_mV), label=name, zorder=4, **looks[1])
+    ax.plot(at[every], missing_mV[every], zorder=2, **styles[0])
+    ax.plot(*bin_means(at, missing_mV), label=name, zorder=4, **styles[1])
 
 
 def _title(diagnosis: Diagnosis, coordinate: str) -> str:
-    before = explained_percent(diagnosis.looks, coordinate)
+    before = explained_percent(diagnosis.dependences, coordinate)
     if not diagnosis.named:
         return f"{before:.0f} % explained" if before else "no more than chance"
     ratio = (diagnosis.left.rms_V / max(diagnosis.missing.rms_V, 1e-300)) ** 2
-    after = ratio * explained_percent(diagnosis.left_looks, coordinate)
+    after = ratio * explained_percent(diagnosis.unexplained_dependences, coordinate)
     return f"explains {before:.0f} % before, {after:.0f} % after" if before else "no more than chance"

@@ -5,7 +5,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxmotor.fleet import Population
-from jaxmotor.present._style import BLUE, GREY, REFERENCE, VERMILLION, Look, OnAxes, legend_above, panels, plain, styled
+from jaxmotor.present._style import (
+    BLUE,
+    GREY,
+    REFERENCE,
+    VERMILLION,
+    OnAxes,
+    Style,
+    legend_above,
+    panels,
+    plain,
+    styled,
+)
 
 LABELS = {
     "gain_rad_s_V": "Gain (rad/s/V)",
@@ -50,9 +61,9 @@ def drawn_motors(population: Population) -> dict[str, np.ndarray]:
 
 
 def _pair(ax: Axes, population: Population, across: int, up: int) -> None:
-    looks = {MOTORS: Look(color=BLUE, marker="o"), OUTSIDE: Look(color=VERMILLION, marker="x")}
+    styles = {MOTORS: Style(color=BLUE, marker="o"), OUTSIDE: Style(color=VERMILLION, marker="x")}
     for label, rows in drawn_motors(population).items():
-        _points(ax, population, [across, up], rows, looks[label] | {"label": label})
+        _points(ax, population, [across, up], rows, styles[label] | {"label": label})
     for square, style in ((HALF, "-"), (NEARLY_ALL, (0, (5, 1.6)))):
         label = "50 % and 99.9 % of them" if square == HALF else None
         ax.plot(*ellipse(population, across, up, square).T, color=GREY, linestyle=style, linewidth=1.0, label=label)
@@ -65,15 +76,15 @@ def _pair(ax: Axes, population: Population, across: int, up: int) -> None:
     ax.set(xlabel=LABELS[population.names[across]], ylabel=LABELS[population.names[up]])
 
 
-def _points(ax: Axes, population: Population, chosen: list[int], rows: np.ndarray, look: Look) -> None:
+def _points(ax: Axes, population: Population, chosen: list[int], rows: np.ndarray, style: Style) -> None:
     points = population.sizes(population.estimates[rows])
-    look = look | {"linestyle": "none", "markersize": 3, "markerfacecolor": "none", "markeredgewidth": 0.7}
+    style = style | {"linestyle": "none", "markersize": 3, "markerfacecolor": "none", "markeredgewidth": 0.7}
     if len(population.motors) > MOST_BARS:
-        ax.plot(*points[:, chosen].T, **look)
+        ax.plot(*points[:, chosen].T, **style)
         return
     errors = 1.96 * np.sqrt(np.einsum("mii->mi", population.errors[rows]))
     errors = errors * np.where(np.array(population.logarithmic), points, 1.0)
-    ax.errorbar(*points[:, chosen].T, *errors[:, chosen[::-1]].T, elinewidth=0.6, **look)
+    ax.errorbar(*points[:, chosen].T, *errors[:, chosen[::-1]].T, elinewidth=0.6, **style)
 
 
 def _span(ax: Axes, points: np.ndarray) -> None:

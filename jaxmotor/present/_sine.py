@@ -13,8 +13,8 @@ from jaxmotor.present._style import (
     GREY,
     MEASURED,
     PAPER,
-    Look,
     OnAxes,
+    Style,
     heading,
     legend_above,
     panels,
@@ -24,8 +24,8 @@ from jaxmotor.present._style import (
 from jaxmotor.recording import Recording, Segment, angle_of
 
 PERIODS_SHOWN = 3
-DOTS = Look(linestyle="none", marker="o", markersize=2.5)
-SQUARES = Look(linestyle="none", marker="s", markersize=3, markerfacecolor="none", markeredgewidth=0.7)
+DOTS = Style(linestyle="none", marker="o", markersize=2.5)
+SQUARES = Style(linestyle="none", marker="s", markersize=3, markerfacecolor="none", markeredgewidth=0.7)
 
 
 class SineCurve(NamedTuple):

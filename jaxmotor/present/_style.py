@@ -65,19 +65,19 @@ STYLE: dict[str, Any] = {
 }
 
 
-Look = dict[str, Any]
+Style = dict[str, Any]
 """Of a line, as matplotlib's keywords."""
 
-MEASURED = Look(color=BLACK, linestyle="none", marker="o", markersize=4, markerfacecolor="white")
-SMALL_DOTS = MEASURED | Look(markersize=2, markeredgewidth=0, markerfacecolor=GREY, color=GREY)
-EXACT = Look(color=BLUE, linestyle="-")
-PAPER = Look(color=VERMILLION, linestyle=(0, (5, 1.6)))
-OTHER = Look(color=GREEN, linestyle=(0, (5, 1.4, 1, 1.4)))
-SECOND = Look(color=PURPLE, linestyle=(0, (5, 1.2, 1, 1.2, 1, 1.2)))
-REFERENCE = Look(color=BLACK, linestyle=(0, (1, 1.6)), linewidth=0.9)
+MEASURED = Style(color=BLACK, linestyle="none", marker="o", markersize=4, markerfacecolor="white")
+SMALL_DOTS = MEASURED | Style(markersize=2, markeredgewidth=0, markerfacecolor=GREY, color=GREY)
+EXACT = Style(color=BLUE, linestyle="-")
+PAPER = Style(color=VERMILLION, linestyle=(0, (5, 1.6)))
+OTHER = Style(color=GREEN, linestyle=(0, (5, 1.4, 1, 1.4)))
+SECOND = Style(color=PURPLE, linestyle=(0, (5, 1.2, 1, 1.2, 1, 1.2)))
+REFERENCE = Style(color=BLACK, linestyle=(0, (1, 1.6)), linewidth=0.9)
 
-BAND: Look = {"facecolor": "#D4D4D4", "edgecolor": "none", "linewidth": 0, "zorder": 0.5}
-HATCHED: Look = {"facecolor": "none", "edgecolor": BLUE, "hatch": "//////", "linewidth": 0.5, "zorder": 0.6}
+BAND: Style = {"facecolor": "#D4D4D4", "edgecolor": "none", "linewidth": 0, "zorder": 0.5}
+HATCHED: Style = {"facecolor": "none", "edgecolor": BLUE, "hatch": "//////", "linewidth": 0.5, "zorder": 0.6}
 
 
 OnAxes = Axes | Sequence[Axes] | np.ndarray | None

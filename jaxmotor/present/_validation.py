@@ -19,8 +19,8 @@ from jaxmotor.present._style import (
     GREY,
     HATCHED,
     REFERENCE,
-    Look,
     OnAxes,
+    Style,
     heading,
     legend_above,
     panels,
@@ -115,8 +115,8 @@ def closed_loop(
         for sign in _signs(effort):
             lower.axhline(sign * limit_V, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8)
         end = (1.0, _signs(effort)[0] * limit_V)
-        look = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right", "fontsize": 7}
-        lower.annotate("the drive's limit", end, xytext=(0, 2), **look)
+        style = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points", "ha": "right", "fontsize": 7}
+        lower.annotate("the drive's limit", end, xytext=(0, 2), **style)
     lower.set(xlabel="Time (s)", ylabel="Control effort (V)")
     lower.margins(y=0.12)
     return figure
@@ -162,8 +162,8 @@ def _draw(ax: Axes, compared: Compared, labels: tuple[str, str, str, str]) -> No
         ax.fill_between(time, *compared.predicted_band, step=step, label=predicted_band, **HATCHED)
     ax.plot(time, compared.predicted, drawstyle=draw, label=predicted, **{**EXACT, "linewidth": 1.8})
     # Over the prediction, and thinner: both stay visible where they agree.
-    look = {**_dots(compared), "linestyle": "-", "linewidth": 0.5}
-    ax.plot(time, compared.measured, drawstyle=draw, label=measured, **look)
+    style = {**_dots(compared), "linestyle": "-", "linewidth": 0.5}
+    ax.plot(time, compared.measured, drawstyle=draw, label=measured, **style)
     ax.margins(x=0.01)
 
 
@@ -179,8 +179,8 @@ def _draw_left(ax: Axes, compared: Compared) -> None:
     ax.plot(compared.time_s, compared.measured - compared.predicted, **_dots(compared))
 
 
-def _dots(compared: Compared) -> Look:
-    return Look(
+def _dots(compared: Compared) -> Style:
+    return Style(
         color=BLACK,
         linestyle="none",
         marker="o",

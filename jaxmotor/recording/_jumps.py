@@ -38,27 +38,27 @@ def check_jumps(recording: Recording) -> None:
     isolated = np.abs(motion) > FACTOR * around
     isolated[borders] = False
     if recording.measured == "angle":
-        suspect = isolated & (np.abs(np.abs(jump) - 2 * np.pi) < 0.2 * np.pi)
+        doubtful = isolated & (np.abs(np.abs(jump) - 2 * np.pi) < 0.2 * np.pi)
     else:
-        suspect = isolated & (np.abs(jump) > LEAST)
-    if not suspect.any():
+        doubtful = isolated & (np.abs(jump) > LEAST)
+    if not doubtful.any():
         return
     usual = float(np.quantile(np.abs(np.delete(motion, borders)), 0.99))
     for index, (segment, end) in enumerate(zip(recording.segments, ends, strict=True)):
         rows = slice(end - len(segment), end - 1)
-        if not suspect[rows].any():
+        if not doubtful[rows].any():
             continue
         if recording.measured == "angle":
-            raise _one_turn(recording, index, int(np.argmax(suspect[rows])))
-        large = suspect[rows] & (np.abs(motion[rows]) > FACTOR * usual) & ~_pulsed(segment.volts)
-        _check_counts(recording, index, jump[rows], suspect[rows], around[rows], large)
+            raise _one_turn(recording, index, int(np.argmax(doubtful[rows])))
+        large = doubtful[rows] & (np.abs(motion[rows]) > FACTOR * usual) & ~_pulsed(segment.volts)
+        _check_counts(recording, index, jump[rows], doubtful[rows], around[rows], large)
 
 
 def _check_counts(
-    recording: Recording, index: int, jump: np.ndarray, suspect: np.ndarray, around: np.ndarray, large: np.ndarray
+    recording: Recording, index: int, jump: np.ndarray, doubtful: np.ndarray, around: np.ndarray, large: np.ndarray
 ) -> None:
     for width in WIDTHS:
-        wrapped = suspect & (np.abs(np.abs(jump) - 2.0**width) <= LEAST + 2 * around)
+        wrapped = doubtful & (np.abs(np.abs(jump) - 2.0**width) <= LEAST + 2 * around)
         if wrapped.any():
             row = int(np.argmax(wrapped))
             raise _impossible(

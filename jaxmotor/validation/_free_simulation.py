@@ -30,21 +30,21 @@ def whole_log(motor: Motor, recording: Recording, packed: Packed) -> Log:
 
 @program
 def residuals_program(motors: Motor, speeds: Float[Array, "batch k"], log: Log) -> Arrays:
-    """(row, batch, lane) measured minus simulated [units] of each of `motors`; zero where nothing was measured."""
+    """(row, motor, sequence) measured minus simulated [units] of each of `motors`; zero where nothing was measured."""
     return {"residuals": residuals(motors, speeds, log)}
 
 
 def simulate_freely(motors: Motor, log: Log) -> tuple[np.ndarray, np.ndarray]:
-    """Initial speed of each piece (batch, k) [rad/s], and measured minus simulated (batch, lane, row) [units].
+    """Initial speed of each piece (batch, k) [rad/s], and measured minus simulated (motor, sequence, row) [units].
 
     A piece whose initial speed is not known begins at the one that fits it best.
     """
     number = len(np.asarray(motors.linear.gain))
     speeds = np.repeat(first_speeds(log)[None], number, axis=0)
-    if not np.any(log.problem.lanes.free):
+    if not np.any(log.problem.batch.free):
         return speeds, _residuals(motors, speeds, log)
     twice = jax.tree.map(lambda leaf: jnp.concatenate([leaf, leaf]), motors)
-    piece = np.asarray(log.problem.lanes.piece).reshape(-1)
+    piece = np.asarray(log.problem.batch.piece).reshape(-1)
 
     def residual(tried: np.ndarray) -> np.ndarray:
         return _residuals(twice, tried, log).reshape(len(tried), -1)
@@ -58,7 +58,7 @@ def _residuals(motors: Motor, speeds: np.ndarray, log: Log) -> np.ndarray:
 
 
 def simulate_model(model: Model, recording: Recording, packed: Packed) -> tuple[np.ndarray, np.ndarray]:
-    """Initial speed of each piece (k,) [rad/s], and measured minus simulated (lane, row) [units] of `model` alone."""
+    """Initial speed of each piece (k,) [rad/s], and residual (sequence, row) [units] of `model` alone."""
     alone = jax.tree.map(lambda leaf: to_jax(leaf[None]), model.whole)
     speeds, residual = simulate_freely(alone, whole_log(model.whole, recording, packed))
     return speeds[0], residual[0]

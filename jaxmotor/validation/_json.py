@@ -33,7 +33,7 @@ def to_json(validation: Validation) -> dict[str, Any]:
             {"segment": skipped.segment, "kind": skipped.kind, "reason": skipped.reason}
             for skipped in validation.skipped
         ],
-        "scored_on": "segments that were not fitted",
+        "scored_on": "held-out segments",
         "open_loop": None if validation.open_loop is None else _open_loop(validation.open_loop),
         "steps": [_steps(steps) for steps in validation.steps],
         "closed_loop": [_closed_loop(loop) for loop in validation.closed_loop],

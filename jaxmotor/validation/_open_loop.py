@@ -3,7 +3,7 @@
 import numpy as np
 
 from jaxmotor.estimate import Model, Trace, chi2_per_sample, fit_percent, traces_of
-from jaxmotor.prediction import Packed, pack, pieces_of, without_beginnings
+from jaxmotor.prediction import Packed, pack, pieces_of, without_transients
 from jaxmotor.recording import Recording
 from jaxmotor.validation._free_simulation import simulate_model
 from jaxmotor.validation._timed import is_timed
@@ -18,10 +18,10 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     """
     packed = pack(recording, segments, rest_before=is_timed(model), few_shapes=True)
     if model.effects:
-        packed = without_beginnings(recording, packed)
+        packed = without_transients(recording, packed)
     _, residual = simulate_model(model, recording, packed)
-    scored = np.unique(packed.segment_of[packed.lanes.valid])
-    free = packed.segment_of[packed.lanes.free > 0]
+    scored = np.unique(packed.segment_of[packed.batch.valid])
+    free = packed.segment_of[packed.batch.free > 0]
     traces = traces_of(packed, residual)
     return OpenLoop(
         pooled=score_of(recording, packed, residual, traces),
@@ -44,14 +44,14 @@ def initial_speed(model: Model, recording: Recording, segment: int) -> float:
 
 def has_pieces(recording: Recording, segment: int) -> bool:
     """Two rows of `segment` follow each other without a lost tick, and say something of the speed."""
-    return bool(pieces_of(recording, segment)) and bool(pack(recording, (segment,)).lanes.valid.any())
+    return bool(pieces_of(recording, segment)) and bool(pack(recording, (segment,)).batch.valid.any())
 
 
 def score_of(
     recording: Recording, packed: Packed, residual: np.ndarray, traces: tuple[Trace, ...], segment: int | None = None
 ) -> Score:
-    """Of all rows of `packed`, or of one segment's; `residual` (lane, row) is measured minus simulated [units]."""
-    cells = packed.lanes.valid if segment is None else packed.lanes.valid & (packed.segment_of == segment)
+    """Of all rows of `packed`, or of one segment's; `residual` (sequence, row) is measured minus simulated [units]."""
+    cells = packed.batch.valid if segment is None else packed.batch.valid & (packed.segment_of == segment)
     square = float((residual[cells] ** 2).mean())
     off = np.concatenate([trace.residual_rad_s for trace in traces])
     return Score(

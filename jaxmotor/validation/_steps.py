@@ -67,7 +67,7 @@ def _rows(trials: Trials, segment: Segment, present: np.ndarray, nominal: np.nda
     plateau = present & (trials.time_s >= begin - tolerance) & (trials.time_s < end - tolerance)
     earlier = np.flatnonzero(present & (trials.time_s < begin - tolerance))
     still = segment.at_rest and not segment.volts[: rows.start].any()
-    free = trials.packed.lanes.piece[trials.packed.lanes.free > 0]
+    free = trials.packed.batch.piece[trials.packed.batch.free > 0]
     begins_at = speeds[free].mean() if len(free) else 0.0
     initial = 0.0 if still else float(nominal[earlier[-1]] if len(earlier) else begins_at)
     return Rows(trials.time_s, plateau, float(np.median(np.diff(segment.time_s))), initial)

@@ -36,7 +36,7 @@ def in_time(model: Model, recording: Recording, segments: tuple[int, ...]) -> tu
         return model, []
     packed = pack(recording, segments, few_shapes=True)
     _, first = simulate_model(model, recording, packed)
-    count, floor = packed.lanes.valid.sum(), packed.observation.floor if packed.observation.floor_known else 0.0
+    count, floor = packed.batch.valid.sum(), packed.observation.floor if packed.observation.floor_known else 0.0
 
     def excess(residual: np.ndarray) -> float:
         return float((residual**2).sum() / count - floor)

@@ -27,9 +27,9 @@ class Trials:
     segments: tuple[int, ...]
     packed: Packed
     bins: np.ndarray
-    """(lane, row) common row, `size` where there is none."""
+    """(sequence, row) common row, `size` where there is none."""
     scale: np.ndarray
-    """(lane, row) one unit of what was observed [rad/s]."""
+    """(sequence, row) one unit of what was observed [rad/s]."""
     time_s: np.ndarray
     """(size,) of the common rows [s]."""
     measured: np.ndarray
@@ -69,7 +69,7 @@ def trials_of(recording: Recording, segments: tuple[int, ...], rest_before: bool
         if tick is not None:
             cells = packed.segment_of == index
             bins[cells] = tick[packed.row_of[cells]]
-    valid = packed.lanes.valid
+    valid = packed.batch.valid
     bins -= bins[valid].min()
     size = bucket(int(bins[valid].max()) + 1)
     scale = _scale(packed)
@@ -77,7 +77,7 @@ def trials_of(recording: Recording, segments: tuple[int, ...], rest_before: bool
     time_s, floor = np.zeros(size), np.zeros(size)
     for number, index in enumerate(segments):
         cells = valid & (packed.segment_of == index)
-        measured[number, bins[cells]] = packed.lanes.observed[cells] * scale[cells]
+        measured[number, bins[cells]] = packed.batch.observed[cells] * scale[cells]
     time_s[bins[valid]] = packed.time_s[valid]
     floor[bins[valid]] = packed.observation.floor * scale[valid] ** 2
     bins = np.where(valid, bins, size).astype(np.int32)
@@ -85,8 +85,8 @@ def trials_of(recording: Recording, segments: tuple[int, ...], rest_before: bool
 
 
 def _scale(packed: Packed) -> np.ndarray:
-    duration = packed.lanes.duration if packed.observation.kind == "turn" else 1.0
-    return np.broadcast_to(packed.observation.unit / np.asarray(duration), packed.lanes.volts.shape).copy()
+    duration = packed.batch.duration if packed.observation.kind == "turn" else 1.0
+    return np.broadcast_to(packed.observation.unit / np.asarray(duration), packed.batch.volts.shape).copy()
 
 
 def means_of_trials(
@@ -100,7 +100,7 @@ def means_of_trials(
     """
     log = whole_log(model.whole, recording, trials.packed)
     speeds = np.zeros(trials.packed.pieces + 1)
-    if np.any(trials.packed.lanes.free):
+    if np.any(trials.packed.batch.free):
         speeds, _ = simulate_model(model, recording, trials.packed)
     of_motors, of_encoder = jax.random.split(key)
     keys = jax.random.key_data(jax.random.split(of_encoder, number))
@@ -121,8 +121,8 @@ def means_program(
     keys: UInt32[Array, "number 2"],
     speeds: Float[Array, " k"],
     log: Log,
-    bins: Int[Array, "lane row"],
-    scale: Float[Array, "lane row"],
+    bins: Int[Array, "sequence row"],
+    scale: Float[Array, "sequence row"],
     size: int,
 ) -> Arrays:
     """`means_of_trials` for as many `motors` as `keys`."""
@@ -136,10 +136,10 @@ def means_program(
 
 
 def averaged(
-    exact: Float[Array, "lane row"],
+    exact: Float[Array, "sequence row"],
     problem: Problem,
-    bins: Int[Array, "lane row"],
-    scale: Float[Array, "lane row"],
+    bins: Int[Array, "sequence row"],
+    scale: Float[Array, "sequence row"],
     size: int,
     key: Key[Array, ""],
 ) -> tuple[Float[Array, " size"], Float[Array, " size"]]:
@@ -151,10 +151,12 @@ def averaged(
     return encoded, plain
 
 
-def as_encoded(exact: Float[Array, "lane row"], problem: Problem, key: Key[Array, ""]) -> Float[Array, "lane row"]:
+def as_encoded(
+    exact: Float[Array, "sequence row"], problem: Problem, key: Key[Array, ""]
+) -> Float[Array, "sequence row"]:
     """`exact` [units] as a sensor shows it: counts from a random encoder offset for each piece, speeds rounded."""
     if problem.kind != "turn":
         return exact + jax.random.uniform(key, exact.shape, exact.dtype, -0.5, 0.5)
-    offset = jax.random.uniform(key, (problem.pieces + 1,), exact.dtype)[jnp.asarray(problem.lanes.piece)]
+    offset = jax.random.uniform(key, (problem.pieces + 1,), exact.dtype)[jnp.asarray(problem.batch.piece)]
     after = jnp.cumsum(exact, axis=1)
     return jnp.floor(after + offset) - jnp.floor(after - exact + offset)

@@ -225,7 +225,7 @@ class Validation(Shown):
     """Sentences that a user should read."""
 
     def _title(self) -> str:
-        return f"Validation on {self.recording}: {len(self.scored)} segments that were not fitted (brackets: 95 %)"
+        return f"Validation on {self.recording}: {len(self.scored)} held-out segments (brackets: 95 %)"
 
     def _remarks(self) -> tuple[str, ...]:
         score = None if self.open_loop is None else self.open_loop.pooled

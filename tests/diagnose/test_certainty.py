@@ -14,8 +14,8 @@ from jaxmotor.diagnosis import to_json
 from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME, Logistic
 from jaxmotor.diagnosis._found import NAMED
 from jaxmotor.motor.effects import EFFECTS, LEARNED, vocabulary
-from jaxmotor.words import family_of, odds
-from jaxmotor.words._effects import FAMILIES
+from jaxmotor.text import family_of, odds
+from jaxmotor.text._effects import FAMILIES
 
 
 def unsure(name, probability=0.3, of_family=0.9):

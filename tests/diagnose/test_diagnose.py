@@ -13,7 +13,7 @@ from diagnosed import GAIN, POLE, RUNS, of
 from made import PERIOD, counted, held, motion, recording, sine, step
 
 from jaxmotor import diagnose, identify
-from jaxmotor.diagnosis import extended_model, looks, missing_volts, to_json
+from jaxmotor.diagnosis import dependences, extended_model, missing_volts, to_json
 from jaxmotor.diagnosis._split import split
 from jaxmotor.estimate import model_of
 from jaxmotor.validation import score_open_loop
@@ -65,7 +65,7 @@ def test_a_load_that_appears_is_told_to_the_second():
 
 def test_friction_is_missing_against_the_motion():
     _, found = of("friction")
-    speed = next(look for look in found.looks if look.coordinate == "speed")
+    speed = next(one for one in found.dependences if one.coordinate == "speed")
     slow = np.abs(speed.at) < 15
     assert (speed.volts[slow & (speed.at < -2)] > 0).all() and (speed.volts[slow & (speed.at > 2)] < 0).all()
 
@@ -92,10 +92,8 @@ def test_missing_volts_are_the_volts_that_are_missing():
 
 def test_looks_are_the_same_for_the_same_key():
     missing = of("friction")[1].missing
-    first, second = looks(missing, 3), looks(missing, 3)
-    assert [(look.text, look.share, look.chance) for look in first] == [
-        (look.text, look.share, look.chance) for look in second
-    ]
+    first, second = dependences(missing, 3), dependences(missing, 3)
+    assert [(one.text, one.share, one.chance) for one in first] == [(one.text, one.share, one.chance) for one in second]
 
 
 def test_held_out_is_every_third_of_each_kind():
@@ -172,13 +170,13 @@ def test_a_filtered_log_and_a_lagging_current_are_rivals():
     """They are one transfer function: K a b/((s + a) (s + b)), with b the filter's or the winding's."""
     _, found = of("lag")
     [effect], poles = found.effects, (POLE, 1 / 8e-3)
-    first, lag, pole = effect.rivals[0], effect.parameters["time_constant_s"], float(found.motor.linear.pole)
+    first, lag, pole = effect.alternatives[0], effect.parameters["time_constant_s"], float(found.motor.linear.pole)
     assert {effect.name, first.name} == {"sensor_lag", "electrical_pole"} and first.chi2_excess < 0.05
     if effect.name == "sensor_lag":
         assert (pole, 1 / lag) == pytest.approx(poles, rel=0.03)
     else:
         assert (1 / lag, pole / lag) == pytest.approx((sum(poles), np.prod(poles)), rel=0.03)
-    excess = [rival.chi2_excess for rival in effect.rivals]
+    excess = [one.chi2_excess for one in effect.alternatives]
     assert excess == sorted(excess)
 
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from diagnosed import GAIN, MADE, POLE, hidden
 
-from jaxmotor.diagnosis._early import is_early
 from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._input_convention import is_applied_until_row
 from jaxmotor.diagnosis._study import study_of
 
 LOGS = {
@@ -21,4 +21,4 @@ def test_only_a_shaft_that_moves_before_it_is_driven_is_early(name, early):
     recording = LOGS[name]()
     with jax.enable_x64(True):
         linear = study_of(recording, POLE).solver.fit(linear_of(GAIN, POLE))
-        assert is_early(recording, linear) is early
+        assert is_applied_until_row(recording, linear) is early

@@ -115,8 +115,8 @@ def test_loops_are_told_and_written():
 
 def test_scores_lie_within_their_intervals():
     _, found = with_friction()
-    for worth in (found.held_out, found.whole):
-        for score, known in ((worth.before, worth.before_intervals), (worth.after, worth.after_intervals)):
+    for scores in (found.held_out, found.whole):
+        for score, known in ((scores.before, scores.before_intervals), (scores.after, scores.after_intervals)):
             for name in ("chi2_per_sample", "rmse_rad_s", "fit_percent"):
                 interval = getattr(known, name)
                 assert interval.value == getattr(score, name)

@@ -20,14 +20,16 @@ def without_friction():
 
 
 def test_what_is_excluded_is_not_named(without_friction):
-    named = {name for one in without_friction[0].effects for name in (one.name, *(rival.name for rival in one.rivals))}
+    named = {
+        name for one in without_friction[0].effects for name in (one.name, *(other.name for other in one.alternatives))
+    }
     assert not named & {"coulomb_friction", "stiction"}
     assert [one.name for one in of("friction")[1].effects] == ["coulomb_friction"]
 
 
 def test_the_work_is_told_from_begin_to_end(without_friction):
     told = without_friction[1]
-    assert told[0] == ("linear fit", 0, 4) and told[-1].stage == "what is left open"
+    assert told[0] == ("linear fit", 0, 4) and told[-1].stage == "open hypotheses"
     done = [one.done for one in told]
     assert set(done) == {0, 1, 2, 3} and all(0 <= one < 4 for one in done)
     tried = {one.stage.removeprefix("effects: ") for one in told if one.done == 1}

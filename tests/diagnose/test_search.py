@@ -95,7 +95,7 @@ def test_a_measured_step_is_explained_as_well_as_by_hand():
     # Fitted by scipy: 90.3 % without friction, 97.2 with friction and delay; the motor turns one way.
     assert found.whole.after.fit_percent > 97.1
     [cause] = found.effects
-    assert {cause.name, *(rival.name for rival in cause.rivals if rival.inseparable)} >= {
+    assert {cause.name, *(one.name for one in cause.alternatives if one.inseparable)} >= {
         "coulomb_friction",
         "voltage_offset",
         "dead_zone",

@@ -14,7 +14,7 @@ from diagnosed import of
 from jaxmotor.bench import load_plan
 from jaxmotor.cli import main
 from jaxmotor.cli._story import WIDTH, diagnosis_text
-from jaxmotor.diagnosis import FoundEffect, Rival, extended_model
+from jaxmotor.diagnosis import Alternative, FoundEffect, extended_model
 from jaxmotor.diagnosis._experiment import experiment
 from jaxmotor.diagnosis._study import study_of
 from jaxmotor.estimate import read_model
@@ -22,7 +22,7 @@ from jaxmotor.motor.effects import EFFECTS, parameters
 from jaxmotor.present import before_after, diagnosis_figures, missing, write_diagnosis
 from jaxmotor.present._before_after import best_gain
 from jaxmotor.recording import write
-from jaxmotor.words import named, odds, percent, sentence
+from jaxmotor.text import named, odds, percent, sentence
 
 STRANGE = "\x1b[31m$\\alpha$ {volts_V} \ud800 {0}" + 90 * "x" + ".csv"
 MOST_LINES = 25
@@ -42,8 +42,10 @@ def proposed():
 def found_effect(name, relative=0.01, inseparable=True):
     effect = EFFECTS[name].start()
     error = {key: relative * abs(float(getattr(effect, key))) for key in parameters(effect)}
-    rivals = [Rival(other, 0.1 * k, inseparable and k == 0) for k, other in enumerate(EFFECTS) if other != name]
-    return FoundEffect(effect, error, 30.0, tuple(rivals[:4]), (), 0.8, 0.9)
+    alternatives = [
+        Alternative(other, 0.1 * k, inseparable and k == 0) for k, other in enumerate(EFFECTS) if other != name
+    ]
+    return FoundEffect(effect, error, 30.0, tuple(alternatives[:4]), (), 0.8, 0.9)
 
 
 def with_effects(*names):
@@ -220,11 +222,11 @@ def test_causes_are_bars_from_the_floor():
     _, found = of("lag")
     ax = diagnosis_figures(found)["causes"].axes[0]
     ends = [patch.get_x() + patch.get_width() for patch in ax.patches]
-    worth, [effect] = found.held_out, found.effects
-    rivals = [worth.drift_after + rival.chi2_excess for rival in effect.rivals]
-    assert ends == pytest.approx([worth.drift_before, worth.drift_after, *rivals])
+    scores, [effect] = found.held_out, found.effects
+    alternatives = [scores.drift_after + one.chi2_excess for one in effect.alternatives]
+    assert ends == pytest.approx([scores.drift_before, scores.drift_after, *alternatives])
     names = [label.get_text() for label in ax.get_yticklabels()]
-    nearest = effect.rivals[0]
+    nearest = effect.alternatives[0]
     assert names[:3] == [
         "linear model",
         named(effect.name),

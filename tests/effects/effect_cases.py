@@ -99,7 +99,7 @@ def angle_of(volts) -> np.ndarray:
 
 def turned(motor: Motor, rows: Rows) -> jax.Array:
     """What the encoder shows of each tick [rad]."""
-    return simulate_motor(motor, rows, number(PERIOD), number(SUPPLY), jnp.asarray(STEPS)).seen_turn
+    return simulate_motor(motor, rows, number(PERIOD), number(SUPPLY), jnp.asarray(STEPS)).sensed_turn
 
 
 def values(motor: Motor) -> jax.Array:

@@ -94,7 +94,7 @@ def test_no_effect_is_the_linear_motor():
         found = run(Motor(own), driven)
         np.testing.assert_allclose(found.turn, expected.turn, atol=1e-12)
         np.testing.assert_allclose(found.speed, expected.speed, atol=1e-10)
-        np.testing.assert_array_equal(found.seen_turn, found.turn)
+        np.testing.assert_array_equal(found.sensed_turn, found.turn)
 
 
 def test_all_effects_together_are_neutral_together():
@@ -217,7 +217,7 @@ def test_the_warmth_of_a_recording_knows_the_other_laws_of_the_current(others):
         reset=driven.reset.at[300].set(True), initial_speed=driven.initial_speed.at[300].set(found.speed[300])
     )
     about = (None, number(PERIOD), number(SUPPLY), number(0.0))
-    rise = warmth(at, MeasuredLog(cut.volts, found.seen_turn / PERIOD, cut.time, *about))
+    rise = warmth(at, MeasuredLog(cut.volts, found.sensed_turn / PERIOD, cut.time, *about))
     known = run(at, cut._replace(warmth=rise))
     cold = run(at, cut._replace(warmth=jnp.zeros_like(cut.volts)))
     # What the experiment that is cut here no longer knows of the one before is forgotten by then.
@@ -297,7 +297,7 @@ def test_a_sensor_of_speed_lags():
     final = at.linear.gain * 3.0
     other = 1 / lag
     expected = final * (1 - (other * np.exp(-pole * time) - pole * np.exp(-other * time)) / (other - pole))
-    np.testing.assert_allclose(found.seen_speed, expected, atol=0.01 * float(final))
+    np.testing.assert_allclose(found.sensed_speed, expected, atol=0.01 * float(final))
 
 
 def test_single_precision_stays_close():
@@ -336,4 +336,4 @@ def test_a_motor_that_turns_against_the_voltage_is_its_mirror_image(name):
     back = eqx.tree_at(lambda motor: motor.linear.gain, ahead, -ahead.linear.gain)
     driven = rows(volts(plan()))
     one, other = run(ahead, driven), run(back, driven)
-    np.testing.assert_allclose(other.seen_turn, -one.seen_turn, atol=1e-9 * float(jnp.abs(one.seen_turn).max()))
+    np.testing.assert_allclose(other.sensed_turn, -one.sensed_turn, atol=1e-9 * float(jnp.abs(one.sensed_turn).max()))

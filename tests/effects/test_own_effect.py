@@ -91,7 +91,7 @@ def test_it_is_named_among_all_with_its_size(diagnosis):
     assert found.name == "steep_drag" and diagnosis.verdict == "extended" and found.probability > 0.99
     assert abs(found.parameters["volts_V"] - DRAG_V) < 3 * found.standard_error["volts_V"] < 0.01
     assert abs(float(diagnosis.motor.linear.gain) - GAIN) < 3 * diagnosis.standard_error["gain_rad_s_V"]
-    assert {rival.name for rival in found.rivals} & {"quadratic_drag"}
+    assert {one.name for one in found.alternatives} & {"quadratic_drag"}
     assert diagnosis.held_out.after.chi2_per_sample < 1.1 < 2 < diagnosis.held_out.before.chi2_per_sample
     assert causes(diagnosis).axes and "Steep drag" in repr(diagnosis).replace("steep_drag", "Steep drag")
 
@@ -212,7 +212,7 @@ class Placeless(AbstractTorqueEffect):
         (torque(holds_by="volts"), "Own.holds_by is 'volts', which is none of its parameters"),
         (torque(family=("drag",)), "Own.family is a list of 1; give a text, such as 'friction'"),
         (torque(excludes="stiction"), "Own.excludes is 'stiction'; give a tuple"),
-        (torque(kin=("sensor_lag",)), "Own.kin has sensor_lag, which has not one parameter of the same unit"),
+        (torque(relatives=("sensor_lag",)), "Own.kin has sensor_lag, which has not one parameter of the same unit"),
         (WithoutUnit, "WithoutUnit.width has no unit: make it a parameter"),
         (OfNoKind, "the kind of OfNoKind.width is 'round'; it is one of positive, signed"),
         (WithoutPhase, "WithoutPhase has an amplitude; it needs a parameter phase_rad"),
@@ -289,10 +289,10 @@ def test_what_one_class_says_of_another_holds_both_ways():
 
 
 def test_own_relations_join_those_of_built_in_effects():
-    own = torque(kin=("load_torque",), same_as=("quadratic_drag",), excludes=("cogging",), always_tried=True)
+    own = torque(relatives=("load_torque",), same_as=("quadratic_drag",), excludes=("cogging",), always_tried=True)
     relations = Relations({**jm.EFFECTS, "own": own})
-    assert relations.kin("coulomb_friction") == relations.kin("own")
-    assert relations.kin("own") == ("coulomb_friction", "dead_zone", "voltage_offset", "load_torque", "own")
+    assert relations.relatives("coulomb_friction") == relations.relatives("own")
+    assert relations.relatives("own") == ("coulomb_friction", "dead_zone", "voltage_offset", "load_torque", "own")
     assert relations.barred([jm.EFFECTS["cogging"].start()]) == {"cogging", "own"}
     assert relations.barred([own.start()]) == {"cogging", "own", "quadratic_drag"}
     assert relations.is_told("quadratic_drag", ["own"]) and not relations.is_told("cogging", ["own"])
@@ -301,8 +301,8 @@ def test_own_relations_join_those_of_built_in_effects():
 
 def test_effects_share_with_those_like_their_special_cases():
     relations = Relations(jm.EFFECTS)
-    kin = ("coulomb_friction", "dead_zone", "voltage_offset", "load_torque")
-    assert relations.sharing("stiction") == relations.sharing("dead_zone") == kin
+    relatives = ("coulomb_friction", "dead_zone", "voltage_offset", "load_torque")
+    assert relations.sharing("stiction") == relations.sharing("dead_zone") == relatives
     assert relations.sharing("quadratic_drag") == ()
     # Sought last, where a fit beside each would take long.
     assert relations.sharing("warming_friction") == ()

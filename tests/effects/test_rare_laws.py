@@ -50,7 +50,7 @@ class Law(NamedTuple):
 
     volts: Callable[[float, float], float] = lambda u, back_emf: u
     resists: Callable[[float], float] = lambda w: 0.0
-    rubs: Callable[[float, float], float] = lambda angle, time: 0.0
+    friction: Callable[[float, float], float] = lambda angle, time: 0.0
     bristle: tuple[float, float] = (0.0, 1.0)
     """v [V] and zs [rad]."""
 
@@ -78,10 +78,10 @@ def law_of(name, **sizes):
         case "cubic_drag":
             return Law(resists=lambda w: s["volts_V"] * (w / 50) ** 3)
         case "sector_friction":
-            return Law(rubs=lambda angle, time: s["volts_V"] * within(angle, s["centre_rad"], s["width_rad"]))
+            return Law(friction=lambda angle, time: s["volts_V"] * within(angle, s["centre_rad"], s["width_rad"]))
         case "warming_friction":
             fades = s["time_constant_s"]
-            return Law(rubs=lambda angle, time: s["volts_V"] * (1 + s["rise_ratio"] * math.exp(-time / fades)))
+            return Law(friction=lambda angle, time: s["volts_V"] * (1 + s["rise_ratio"] * math.exp(-time / fades)))
     return Law(bristle=(s["volts_V"], s["deflection_rad"]))
 
 
@@ -115,7 +115,7 @@ def angles_of(law, applied, angle=0.0, begin=0.0, fine=FINE):
     for k, u in enumerate(applied):
         angles.append(angle)
         for part in range(fine):
-            rub = law.rubs(angle, begin + k * PERIOD + part * step)
+            rub = law.friction(angle, begin + k * PERIOD + part * step)
             speed, turn = moved(u, speed, bent, rub, step)
             angle, bent = angle + turn, bends(bent, turn)
     return np.array(angles)

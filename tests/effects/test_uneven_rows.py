@@ -33,7 +33,7 @@ def turns(motor, duration, lengths):
     rows = Rows(*(jnp.asarray(x) for x in (volts, reset, np.zeros(len(volts)), time)))
     given = None if lengths is None else jnp.asarray(lengths)
     run = jax.jit(lambda: simulate_motor(motor, rows, jnp.asarray(duration), jnp.asarray(7.4), 5, lengths=given))()
-    return np.asarray(run.seen_turn), np.asarray(run.speed)
+    return np.asarray(run.sensed_turn), np.asarray(run.speed)
 
 
 @pytest.mark.parametrize("lag", [0.0, 1e-5, 3e-4, 4e-3])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jaxmotor.prediction import pack, without_beginnings
+from jaxmotor.prediction import pack, without_transients
 from jaxmotor.recording import Recording, Segment
 
 PERIOD_S = 0.01
@@ -29,9 +29,9 @@ def left_out(*segments: Segment) -> list[tuple[int, int]]:
     """(segment, row) of what is packed, but not observed any more."""
     recording = Recording(segments, "made.csv", period_s=PERIOD_S, counts_per_rev=500.0)
     packed = pack(recording, tuple(range(len(segments))))
-    kept = without_beginnings(recording, packed)
-    gone = packed.lanes.valid & ~kept.lanes.valid
-    assert not (kept.lanes.valid & ~packed.lanes.valid).any()
+    kept = without_transients(recording, packed)
+    gone = packed.batch.valid & ~kept.batch.valid
+    assert not (kept.batch.valid & ~packed.batch.valid).any()
     return sorted(zip(packed.segment_of[gone].tolist(), packed.row_of[gone].tolist(), strict=True))
 
 

@@ -21,8 +21,8 @@ def constant(counts_per_tick, ticks=3000, seeds=40):
         rng = np.random.default_rng(seed)
         made = counted([angle], [("step", {}, np.full(ticks, volts))], rng)
         packed = pack(made, (0,))
-        residual = np.where(packed.lanes.valid, packed.lanes.observed - counts_per_tick, 0.0)
-        found.append(chi2_per_sample(packed, residual, packed.lanes.valid))
+        residual = np.where(packed.batch.valid, packed.batch.observed - counts_per_tick, 0.0)
+        found.append(chi2_per_sample(packed, residual, packed.batch.valid))
     return float(np.mean(found))
 
 
@@ -35,20 +35,20 @@ def test_the_true_motor_is_at_one_at_any_constant_speed(counts_per_tick):
 def test_the_mean_over_all_speeds_is_a_sixth():
     packed = pack(recording(0), (0, 1))
     rng = np.random.default_rng(0)
-    residual = np.where(packed.lanes.valid, rng.uniform(-30, 30, packed.lanes.valid.shape), 0.0)
-    assert floors(packed, residual)[packed.lanes.valid].mean() == pytest.approx(packed.observation.floor, rel=0.02)
+    residual = np.where(packed.batch.valid, rng.uniform(-30, 30, packed.batch.valid.shape), 0.0)
+    assert floors(packed, residual)[packed.batch.valid].mean() == pytest.approx(packed.observation.floor, rel=0.02)
 
 
 def test_a_motor_at_rest_has_a_floor():
     packed = pack(recording(0), (0,))
-    residual = np.asarray(packed.lanes.observed, float)
-    cells = packed.lanes.valid & (residual == 0)
+    residual = np.asarray(packed.batch.observed, float)
+    cells = packed.batch.valid & (residual == 0)
     assert cells.any() and chi2_per_sample(packed, residual, cells) == 0.0
 
 
 def test_the_angle_is_scored_as_it_turned():
     packed = pack(recording(0), (0, 1))
-    residual = np.where(packed.lanes.valid, 0.01 * packed.lanes.observed, 0.0)
+    residual = np.where(packed.batch.valid, 0.01 * packed.batch.observed, 0.0)
     traces = traces_of(packed, residual)
     # A hundredth too slow everywhere: a hundredth of the angle is missing, and of its spread about the mean more.
     angles = [np.cumsum(trace.measured_rad_s) for trace in traces]

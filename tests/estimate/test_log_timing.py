@@ -48,9 +48,9 @@ def test_a_row_of_rest_comes_before_a_piece_that_is_driven_at_once():
     made = latched(10)
     plain, rested = (pack(made, (0, 1), rest_before=rest) for rest in (False, True))
     driven = sum(made.segments[index].volts[0] != 0 for index in (0, 1))
-    assert rested.lanes.reset.sum() == plain.lanes.reset.sum()
+    assert rested.batch.reset.sum() == plain.batch.reset.sum()
     assert (rested.segment_of >= 0).sum() == (plain.segment_of >= 0).sum() + driven
     np.testing.assert_array_equal(
-        np.sort(rested.lanes.observed[rested.lanes.valid]), np.sort(plain.lanes.observed[plain.lanes.valid])
+        np.sort(rested.batch.observed[rested.batch.valid]), np.sort(plain.batch.observed[plain.batch.valid])
     )
-    assert not rested.lanes.volts[rested.lanes.reset].any() or not driven
+    assert not rested.batch.volts[rested.batch.reset].any() or not driven

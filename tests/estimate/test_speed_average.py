@@ -49,8 +49,8 @@ def test_a_window_of_any_length_is_exact(rows, late_rows, uneven):
         held = np.array([False] * 6)
         problem = as_problem(pack(recording, (0,)), True, held)
         reading = Reading(jnp.asarray(late * fine), jnp.asarray(window * fine))
-        still = jnp.zeros(problem.lanes.volts.shape)
-        seen = observe(motor, problem, jnp.asarray(problem.lanes.volts), still, reading) * problem.unit
+        still = jnp.zeros(problem.batch.volts.shape)
+        seen = observe(motor, problem, jnp.asarray(problem.batch.volts), still, reading) * problem.unit
     np.testing.assert_allclose(np.asarray(seen)[0, :number], expected, atol=1e-8)
 
 

@@ -40,9 +40,9 @@ def short_log(seed: int) -> Recording:
 
 def test_only_the_second_half_of_a_state_is_compared(curve):
     packed = pack(curve, tuple(range(len(curve.segments))))
-    assert not packed.lanes.free.any()
+    assert not packed.batch.free.any()
     rows = len(curve.segments[3])
-    compared = packed.row_of[(packed.segment_of == 3) & packed.lanes.valid]
+    compared = packed.row_of[(packed.segment_of == 3) & packed.batch.valid]
     assert compared.min() == rows // 2
     assert len(compared) == pytest.approx(rows / 2, abs=1.0)
 
@@ -59,4 +59,4 @@ def test_a_curve_makes_the_gain_of_a_short_noisy_log_exact(curve):
 def test_states_that_are_not_said_to_be_steady_may_begin_at_any_speed(curve):
     plain = [dataclasses.replace(segment, parameters={}) for segment in curve.segments]
     packed = pack(dataclasses.replace(curve, segments=tuple(plain)), tuple(range(len(plain))))
-    assert packed.lanes.free.sum() == len(plain)
+    assert packed.batch.free.sum() == len(plain)

@@ -110,8 +110,8 @@ def test_the_wrong_baud_rate_gives_nothing(build):
         board.send(b"H\n")
         for _ in range(10):
             board.receive()
-        heard = [line for line in board.lines() if line.fields[0] == "1"]
-    assert not heard
+        received = [line for line in board.lines() if line.fields[0] == "1"]
+    assert not received
 
 
 @pytest.mark.parametrize("transport", [("--pty",), ("--socket", "0")])

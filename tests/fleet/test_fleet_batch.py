@@ -14,12 +14,12 @@ from jaxmotor.fleet._identify_part import identify_part
 
 
 def assert_same(found, fit):
-    judged = found.judgement
+    assessed = found.assessment
     for name in ("gain", "pole"):
-        assert float(getattr(judged.motor, name)) == pytest.approx(float(getattr(fit.motor, name)), rel=1e-6)
+        assert float(getattr(assessed.motor, name)) == pytest.approx(float(getattr(fit.motor, name)), rel=1e-6)
         error = float(getattr(fit.standard_error, name))
-        assert float(getattr(judged.standard_error, name)) == pytest.approx(error, rel=1e-6)
-    assert judged.offset_V == pytest.approx(fit.offset_V, rel=1e-5, abs=1e-9)
+        assert float(getattr(assessed.standard_error, name)) == pytest.approx(error, rel=1e-6)
+    assert assessed.offset_V == pytest.approx(fit.offset_V, rel=1e-5, abs=1e-9)
     assert found.chi2_per_sample == pytest.approx(fit.chi2_per_sample, rel=1e-6)
     assert found.fit_percent == pytest.approx(fit.fit_percent, abs=1e-6)
     assert found.notes == fit.notes

@@ -29,12 +29,12 @@ def table(path):
 
 
 def test_one_row_each_in_order(dataset, tmp_path):
-    heard = []
-    summary = identify_fleet(dataset, tmp_path / "r.parquet", progress=heard.append)
+    received = []
+    summary = identify_fleet(dataset, tmp_path / "r.parquet", progress=received.append)
     rows = table(tmp_path / "r.parquet")
     assert [row["motor"] for row in rows] == [f"m{k}" for k in range(7)]
     assert (summary.motors, summary.problems, summary.doubled) == (7, 0, 0)
-    assert sum(done.motors for done in heard) == 7 and {done.parts for done in heard} == {4}
+    assert sum(done.motors for done in received) == 7 and {done.parts for done in received} == {4}
     for k, row in enumerate(rows):
         assert row["gain_rad_s_V"] == pytest.approx(9.0 + k, abs=5 * row["gain_standard_error_rad_s_V"])
     assert not (tmp_path / "r.parquet.parts").exists()
@@ -53,13 +53,13 @@ def test_goes_on_where_it_was_stopped(dataset, tmp_path):
         identify_fleet(dataset, tmp_path / "r.parquet", workers=1, progress=stop)
     kept = sorted(path.name for path in (tmp_path / "r.parquet.parts").glob("*.parquet"))
     assert kept == ["part-000000.parquet", "part-000001.parquet"] and not (tmp_path / "r.parquet").exists()
-    heard = []
-    identify_fleet(dataset, tmp_path / "r.parquet", workers=1, progress=heard.append)
-    assert [done.before for done in heard] == [True, True, False, False]
+    received = []
+    identify_fleet(dataset, tmp_path / "r.parquet", workers=1, progress=received.append)
+    assert [done.before for done in received] == [True, True, False, False]
     identify_fleet(dataset, tmp_path / "whole.parquet", workers=2)
     assert table(tmp_path / "r.parquet") == table(tmp_path / "whole.parquet")
-    heard.clear()
-    assert identify_fleet(dataset, tmp_path / "r.parquet", progress=heard.append).motors == 7 and not heard
+    received.clear()
+    assert identify_fleet(dataset, tmp_path / "r.parquet", progress=received.append).motors == 7 and not received
 
 
 def test_a_part_that_was_torn_is_done_again(dataset, tmp_path):

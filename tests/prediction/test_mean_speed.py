@@ -28,10 +28,10 @@ def test_within_a_row_the_speed_is_nearly_a_parabola(values, rows):
     packed = pack(recording, (0,))
     linear = (FirstOrder if len(values) == 2 else SecondOrder)(*map(jnp.asarray, values))
     log, problem = log_of(recording, packed, values[1]), as_problem(packed)
-    rest = jnp.zeros(packed.lanes.volts.shape)
-    exact = observe(linear, problem, jnp.asarray(packed.lanes.volts), rest) * problem.unit
+    rest = jnp.zeros(packed.batch.volts.shape)
+    exact = observe(linear, problem, jnp.asarray(packed.batch.volts), rest) * problem.unit
     found = predicted_readings(Motor(linear), jnp.zeros(packed.pieces + 1), log).T * problem.unit
-    off = np.abs(np.asarray(found - exact))[packed.lanes.valid]
+    off = np.abs(np.asarray(found - exact))[packed.batch.valid]
     assert np.abs(np.asarray(exact)).max() > 30
     # The lag of the current, a tenth of a row, bends the first row of a step more than a parabola does.
     assert off.max() < (0.005 if len(values) == 2 else 0.16 / rows)
@@ -64,9 +64,9 @@ def test_a_window_that_is_sought_gives_the_readings_of_one_that_is_stated(uneven
     for number, length in enumerate(lengths):
         stating = dataclasses.replace(recording, speed_window_s=float(length))
         packed, stated = readings(stating, Motor(linear), speeds)
-        own, valid = np.asarray(sought)[:, number].T, packed.lanes.valid
+        own, valid = np.asarray(sought)[:, number].T, packed.batch.valid
         assert valid.sum() > 2 * ROWS - 10
         np.testing.assert_allclose(own[valid], np.asarray(stated).T[valid], rtol=1e-9, atol=1e-9)
         # Before a piece that begins in motion the shaft turned at that speed.
-        first = packed.lanes.free.nonzero()
+        first = packed.batch.free.nonzero()
         assert own[first] == pytest.approx(12.0)

@@ -55,8 +55,8 @@ def test_both_simulations_are_exact(order, parts, uneven):
     whole = Motor(motor(order), (TimingOffset.of(offset_s=offset),))
     rows = Rows(jnp.asarray(VOLTS), jnp.asarray(RESET), still, jnp.asarray(np.arange(ROWS) * PERIOD))
     run = simulate_motor(whole, rows, duration, jnp.asarray(7.4))
-    np.testing.assert_allclose(run.seen_turn, turn, atol=1e-10)
-    np.testing.assert_allclose(run.seen_speed, speed, atol=1e-8)
+    np.testing.assert_allclose(run.sensed_turn, turn, atol=1e-10)
+    np.testing.assert_allclose(run.sensed_speed, speed, atol=1e-8)
 
 
 @pytest.mark.parametrize("parts", [-40, 25])
@@ -65,10 +65,10 @@ def test_mean_speeds_end_where_rows_are_read(parts):
     window = 2.3 * PERIOD
     log = Segment("other", 0.0, True, {}, np.arange(25) * PERIOD, VOLTS[:25], speed_rad_s=np.arange(25.0))
     problem = as_problem(pack(Recording((log,), "made.csv", period_s=PERIOD, speed_window_s=window), (0,)))
-    lanes = problem.lanes
+    batch = problem.batch
     late = jnp.asarray(-parts / PARTS * PERIOD)
     seen = (
-        observe(motor(2), problem, jnp.asarray(lanes.volts), jnp.zeros(lanes.volts.shape), Reading(late, None))
+        observe(motor(2), problem, jnp.asarray(batch.volts), jnp.zeros(batch.volts.shape), Reading(late, None))
         * problem.unit
     )
     at = np.arange(25 * PARTS) + parts

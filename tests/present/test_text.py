@@ -14,7 +14,7 @@ from present_rig import AWKWARD
 from jaxmotor.cli._text import fit_text
 from jaxmotor.present import position_drift, simulation
 from jaxmotor.present._style import plain
-from jaxmotor.words import spoken, with_bracket
+from jaxmotor.text import spoken, with_bracket
 
 
 @settings(max_examples=30)

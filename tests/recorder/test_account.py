@@ -37,7 +37,7 @@ def lines_of(ran, reason, run=9):
     return [seal(text.replace("#", str(number + 5))) for number, text in enumerate(texts + asked)]
 
 
-def heard(lines):
+def received(lines):
     run = new_run(PLAN, Rig(BOARD, 5, 7.4, 617.4), [0, 1, 2], 7400, None, 0, 9)
     for message in Decoder().feed(b"".join(lines)):
         run.log.feed(message)
@@ -60,7 +60,7 @@ def test_every_planned_tick_is_accounted_for_whatever_is_lost(reason, fate, skip
         ran[1] = 60 - skipped_at
     lines = lines_of(ran, reason)
     kept = [line for line, what in zip(lines[:-2], fate, strict=False) if what == "keep"]
-    run = heard(kept + lines[-2:])
+    run = received(kept + lines[-2:])
     rows = [line for line in kept if line.startswith(b"D")]
     assert run.log.accounted
     found = tallies(PLAN, [run])
@@ -73,7 +73,7 @@ def test_every_planned_tick_is_accounted_for_whatever_is_lost(reason, fate, skip
 
 
 def test_a_whole_run_lacks_nothing():
-    run = heard(FULL[:-2])
+    run = received(FULL[:-2])
     assert run.log.accounted and run.done == {0, 1, 2} and missing(tallies(PLAN, [run])) == ""
 
 
@@ -81,47 +81,47 @@ def test_an_experiment_of_which_nothing_came_is_missing():
     """What was called 0 lost before: all lines of an experiment gone, and the run's end."""
     kept = [line for line in FULL if not any(line.startswith(b"%c" % letter) for letter in b"BDEZ")]
     first = FULL[: 2 + 20 + 2 + 60]
-    run = heard(first + kept)
+    run = received(first + kept)
     assert run.done == {0}
     lost = ", ".join(f"experiment {number} (step) 80 lost on the line" for number in (2, 3))
     assert missing(tallies(PLAN, [run])) == f"80 of 240 samples came; missing: {lost}"
 
 
 def test_a_stop_says_what_did_not_run():
-    run = heard(lines_of([20, 60, 20, 31], "stalled"))
+    run = received(lines_of([20, 60, 20, 31], "stalled"))
     assert missing(tallies(PLAN, [run])) == (
         "131 of 240 samples came; missing: experiment 2 (step) 29 not run, experiment 3 (step) not run"
     )
 
 
 def test_a_board_that_dies_is_not_heard_of():
-    run = heard(FULL[:40])
+    run = received(FULL[:40])
     assert "experiments 2 to 3 not reported by the board" in missing(tallies(PLAN, [run]))
     assert not run.log.accounted and not run.done
 
 
 def test_a_second_run_makes_up_for_the_first():
-    first, second = heard(lines_of([20, 60, 20, 31], "stalled")), heard(FULL)
+    first, second = received(lines_of([20, 60, 20, 31], "stalled")), received(FULL)
     assert all(tally.whole for tally in tallies(PLAN, [first, second]))
     assert all(tally.whole for tally in tallies(PLAN, [second, first]))
 
 
 def test_what_is_said_of_another_run_is_not_taken():
-    run = heard(lines_of([20, 60, 20, 31], "stalled", run=8))
+    run = received(lines_of([20, 60, 20, 31], "stalled", run=8))
     assert not run.log.reason and not run.log.accounted
 
 
 def test_a_skip_is_no_loss_whichever_line_told_of_it():
     lines = lines_of([20, 35, 20, 60, 20, 60], "done")
     for lost in (b"E 63 ", b"B 64 ", None):
-        run = heard([line for line in lines if lost is None or not line.startswith(lost)])
+        run = received([line for line in lines if lost is None or not line.startswith(lost)])
         [first, *_] = tallies(PLAN, [run])
         assert first.whole and first.skipped == 25
 
 
 @pytest.mark.parametrize("number", [1, 5])
 def test_a_sentence_lists_three_and_counts_the_others(number):
-    tally = tallies(PLAN, [heard(FULL)])[0]
+    tally = tallies(PLAN, [received(FULL)])[0]
     lacking = [dataclasses.replace(tally, experiment=2 * k, lost=k + 1, whole=False) for k in range(number)]
     assert missing(lacking).count("experiment") == min(number, 3)
     assert ("and 2 more" in missing(lacking)) == (number == 5)

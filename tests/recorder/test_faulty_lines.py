@@ -6,7 +6,7 @@ import random
 import pytest
 from _line import Board, Fault, FaultyPort, noise, samples_of
 from control_faults import PLAN, WHATS, count, points, run
-from journal_damage import bytes_changed, damage, interrupted, judge
+from journal_damage import assess, bytes_changed, damage, interrupted
 from stop_reasons import STOPS, sentence
 from test_decoder import seal
 
@@ -86,10 +86,10 @@ def test_a_damaged_journal_is_recovered_or_refused_never_wrong(emulator, tmp_pat
     data, whole = journal_path(output).read_bytes(), recover(output)
     there, rng = samples_of(whole, plan), random.Random(9)
     assert len(there) > 100
-    changed = [judge(plan, output, each, whole, there) for each in bytes_changed(data, 41, rng)]
+    changed = [assess(plan, output, each, whole, there) for each in bytes_changed(data, 41, rng)]
     assert set(changed) <= {"whole", "partly recovered", "refused"}
     assert changed.count("refused") == 0, "everything that one byte could take away is there twice"
-    several = [judge(plan, output, damage(data, rng.randrange(2, 41), rng), whole, there) for _ in range(40)]
+    several = [assess(plan, output, damage(data, rng.randrange(2, 41), rng), whole, there) for _ in range(40)]
     assert set(several) <= {"whole", "partly recovered", "refused"} and "partly recovered" in several
 
 

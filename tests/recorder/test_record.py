@@ -114,11 +114,11 @@ class Impatient(Silent):
     """Presses Ctrl-C, or skips, at the `at`-th look."""
 
     def __init__(self, at: int, skips: bool = False):
-        self.looks, self.skips = itertools.count(), skips
+        self.dependences, self.skips = itertools.count(), skips
         self.at = at
 
     def enough(self, run, piece) -> bool:
-        if next(self.looks) != self.at:
+        if next(self.dependences) != self.at:
             return False
         if not self.skips:
             raise KeyboardInterrupt

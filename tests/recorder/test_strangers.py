@@ -25,7 +25,7 @@ def seal(text: str) -> bytes:
         (b"", b"", "nothing comes from the board"),
         (b"\r\nGrbl 1.1h ['$' for help]\r\n", b"error:1\r\n", "another program answers (\"Grbl 1.1h ['$' for help]\")"),
         (bytes(range(128, 256)) * 2, b"\xf8\x00\x80", "only noise comes"),
-        (seal("H 0 0 1/4 protocol=2 firmware=2.0.0"), b"", "the board is heard but does not hear"),
+        (seal("H 0 0 1/4 protocol=2 firmware=2.0.0"), b"", "the board sends but does not receive"),
     ],
 )
 def test_who_else_may_be_there(greeting, answer, said):

@@ -147,9 +147,9 @@ def test_the_first_screen_is_for_who_built_it(told, page):
 def test_the_first_screen_says_no_more_than_is_known(told):
     """An effect with a likelier alternative, and one that the input leaves open."""
     diagnosis, [found] = told[0].diagnosis, told[0].diagnosis.effects
-    rivals = tuple(dataclasses.replace(one, inseparable=one.name == "stiction") for one in found.rivals)
-    assert any(one.inseparable for one in rivals)
-    found = dataclasses.replace(found, probability=0.3, family_probability=1.0, rivals=rivals)
+    alternatives = tuple(dataclasses.replace(one, inseparable=one.name == "stiction") for one in found.alternatives)
+    assert any(one.inseparable for one in alternatives)
+    found = dataclasses.replace(found, probability=0.3, family_probability=1.0, alternatives=alternatives)
     unsure = dataclasses.replace(diagnosis, effects=(found,))
     words = first_screen(Page(report_page(dataclasses.replace(told[0], diagnosis=unsure), "0")))
     assert "with Coulomb friction or stiction (indistinguishable in this recording)" in words
@@ -214,7 +214,14 @@ def test_a_linear_motor_without_sines_or_steps(told):
     empty = MissingVolts(*([nothing] * 6), noise_V=float("nan"))
     fit = dataclasses.replace(story.diagnosis.fit, frequency_response=None, floor_known=False)
     diagnosis = dataclasses.replace(
-        story.diagnosis, fit=fit, effects=(), verdict="complete", missing=empty, left=empty, looks=(), left_looks=()
+        story.diagnosis,
+        fit=fit,
+        effects=(),
+        verdict="complete",
+        missing=empty,
+        left=empty,
+        dependences=(),
+        unexplained_dependences=(),
     )
     page = Page(report_page(dataclasses.replace(story, diagnosis=diagnosis, validation=None, not_validated="no"), "0"))
     check_closed(page)

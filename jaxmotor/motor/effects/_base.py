@@ -81,10 +81,10 @@ class AbstractEffect(eqx.Module):
     """Effects that are special cases of it: never together with it in one motor."""
     same_as: ClassVar[tuple[str, ...]] = ()
     """Effects that are the same law, whatever it is called: tried once, and all named as alternatives. Said once, here
-    or there, it holds both ways; so do `excludes` and `kin`."""
+    or there, it holds both ways; so do `excludes` and `relatives`."""
     excludes: ClassVar[tuple[str, ...]] = ()
     """Further effects that cannot be together with it in one motor. Two that bring a load never can."""
-    kin: ClassVar[tuple[str, ...]] = ()
+    relatives: ClassVar[tuple[str, ...]] = ()
     """Effects of one parameter of the same unit, as it has, that do the same while the motor turns one way or changes
     slowly: where one of them is found, the others are near."""
     rarity: ClassVar[float] = 1.0
@@ -366,7 +366,7 @@ class AbstractFrictionEffect(AbstractEffect):
     """A torque against the motion, in either direction, that also holds at rest."""
 
     @abc.abstractmethod
-    def rubs(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
+    def friction(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
         """The voltage [V] that overcomes it at `speed` [rad/s], of either sign, and `angle` [rad], at `time` [s] since
         the recording began."""
 

@@ -57,8 +57,8 @@ def contact(
     hit = 0.5 * share * (2 * rub * rate + stiffness * over * jnp.sign(after))
     hit = hit / (1 + 0.5 * share * (rub + 0.5 * stiffness * share * duration) * (1 + load.ratio) * duration)
     # A long step foresees badly; no contact returns more than the energy it was given.
-    swing = jnp.sqrt(stiffness * (1 + load.ratio)) * jnp.abs(beyond)
-    most = 2 * jnp.where(arrives, jnp.abs(rate), jnp.abs(x[0] - x[-2]) + swing)
+    oscillation = jnp.sqrt(stiffness * (1 + load.ratio)) * jnp.abs(beyond)
+    most = 2 * jnp.where(arrives, jnp.abs(rate), jnp.abs(x[0] - x[-2]) + oscillation)
     most = most / ((1 + load.ratio) * jnp.maximum(duration, 1e-12))
     push = jnp.where(arrives, hit, jnp.where(leaves, push_left, 0.0))
     push = jnp.clip(push, -most, most)

@@ -311,7 +311,7 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     name: ClassVar[str] = "electrical_pole"
     family: ClassVar[str] = "lag"
     program_level: ClassVar[int | None] = 1
-    kin: ClassVar[tuple[str, ...]] = ("sensor_lag", "transport_delay")
+    relatives: ClassVar[tuple[str, ...]] = ("sensor_lag", "transport_delay")
     rarity: ClassVar[float] = 2 / 6
     always_tried: ClassVar[bool] = True
     says: ClassVar[str] = "the current, and so the torque, lags the voltage by {time_constant_s} (L/R)"

@@ -38,7 +38,7 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
     family: ClassVar[str] = "friction"
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "speed"
-    kin: ClassVar[tuple[str, ...]] = ("dead_zone", "voltage_offset", "load_torque")
+    relatives: ClassVar[tuple[str, ...]] = ("dead_zone", "voltage_offset", "load_torque")
     rarity: ClassVar[float] = 0.0
     holds_by: ClassVar[str] = "volts_V"
     says: ClassVar[str] = "dry friction takes {volts_V} whichever way the shaft turns, and holds it at rest below that"
@@ -52,13 +52,13 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return (cls.of(volts_V=0.04 * rig.supply_V),)
 
-    def rubs(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
+    def friction(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
         del speed, angle, time
         return self.volts_V
 
 
 class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
-    """sgn(w) (v + (vs - v) exp(-(w/ws)²)): dry friction that is larger near rest (Stribeck)."""
+    """sgn(w) (v + (vs - v) exp(-(w/ws)²)): static friction, larger than the friction in motion (Stribeck)."""
 
     name: ClassVar[str] = "stiction"
     family: ClassVar[str] = "friction"
@@ -67,7 +67,7 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
     holds_by: ClassVar[str] = "static_volts_V"
     contains: ClassVar[tuple[str, ...]] = ("coulomb_friction",)
     says: ClassVar[str] = (
-        "dry friction takes {volts_V} while turning, {static_volts_V} near rest (below about {stribeck_speed_rad_s})"
+        "friction takes {volts_V} while turning, {static_volts_V} near rest (below about {stribeck_speed_rad_s})"
     )
     advice: ClassVar[str] = "Keep faster than that, or start with a short push; feed the friction's voltage forward."
     volts_V: Scalar = parameter("V", "positive", neutral=0.0, start=0.3, scale=0.2)
@@ -87,7 +87,7 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
         """Static friction below moving friction would be another law."""
         return super().possible(rig) and float(self.static_volts_V) >= float(self.volts_V)
 
-    def rubs(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
+    def friction(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
         del angle, time
         near_rest = jnp.exp(-((speed / self.stribeck_speed_rad_s) ** 2))
         return self.volts_V + (self.static_volts_V - self.volts_V) * near_rest
@@ -264,7 +264,7 @@ class ShaftCompliance(AbstractMotionEffect, AbstractLoadEffect):
     name: ClassVar[str] = "shaft_compliance"
     family: ClassVar[str] = "inertia"
     says: ClassVar[str] = (
-        "a load of {inertia_ratio} of the rotor's inertia swings on a spring at {frequency_Hz}, damped by "
+        "a load of {inertia_ratio} of the rotor's inertia oscillates on a spring at {frequency_Hz}, damped by "
         "{damping_ratio}"
     )
     advice: ClassVar[str] = (
@@ -273,7 +273,7 @@ class ShaftCompliance(AbstractMotionEffect, AbstractLoadEffect):
     frequency_Hz: Scalar = parameter("Hz", "positive", neutral=20.0, start=20.0, scale=10.0)
     """At which the load alone swings while the rotor is held [Hz]: (2π f)² = k/J2."""
     damping_ratio: Scalar = parameter("1", "positive", neutral=0.1, start=0.1, scale=0.08)
-    """Of that swing [1]: d/J2 = 2 ζ 2π f."""
+    """Of that resonance [1]: d/J2 = 2 ζ 2π f."""
     inertia_ratio: Scalar = parameter("1", "positive", neutral=0.0, start=0.3, scale=0.2)
     """J2/J; J, and so the pole, is the rotor's [1]."""
 

@@ -81,9 +81,9 @@ def _check_name(effect: type[AbstractEffect], built_in: Effects) -> None:
     for relation in RELATIONS:
         if not isinstance(names := getattr(effect, relation), tuple):
             raise JaxmotorError(f"{effect.__name__}.{relation} is {shown(names)}; give a tuple of names of effects")
-    for kin in effect.kin if set(effect.kin) <= set(built_in) else ():
-        if _units(built_in[kin]) != _units(effect):
-            raise JaxmotorError(f"{effect.__name__}.kin has {kin}, which has not one parameter of the same unit as it")
+    for near in effect.relatives if set(effect.relatives) <= set(built_in) else ():
+        if _units(built_in[near]) != _units(effect):
+            raise JaxmotorError(f"{effect.__name__}.kin has {near}, which has not one parameter of the same unit as it")
 
 
 def _units(effect: type[AbstractEffect]) -> list[str]:

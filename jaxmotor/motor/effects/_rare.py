@@ -116,7 +116,7 @@ class CubicDrag(AbstractMotionEffect, AbstractTorqueEffect):
 
 
 class SectorFriction(AbstractMotionEffect, AbstractFrictionEffect):
-    """sgn(w) v where |θ - θ0| < b/2: dry friction in one part of each turn."""
+    """sgn(w) v where |θ - θ0| < b/2: friction in one part of each turn."""
 
     name: ClassVar[str] = "sector_friction"
     family: ClassVar[str] = "friction"
@@ -124,7 +124,7 @@ class SectorFriction(AbstractMotionEffect, AbstractFrictionEffect):
     rarity: ClassVar[float] = RARITY
     holds_by: ClassVar[str] = "volts_V"
     says: ClassVar[str] = (
-        "dry friction takes {volts_V} in one part of each turn: {width_rad} wide, about an angle of {centre_rad}"
+        "friction takes {volts_V} in one part of each turn: {width_rad} wide, about an angle of {centre_rad}"
     )
     advice: ClassVar[str] = (
         "Look for what rubs at that angle, such as a bent shaft, a damaged tooth or a cable; feed it forward by angle."
@@ -148,7 +148,7 @@ class SectorFriction(AbstractMotionEffect, AbstractFrictionEffect):
         gap."""
         return super().possible(rig) and EDGE_RAD < float(self.width_rad) < 1.5 * np.pi
 
-    def rubs(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
+    def friction(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
         del speed, time
         away = angle - self.centre_rad
         away = jnp.abs(away - 2 * np.pi * jnp.round(away / (2 * np.pi)))
@@ -157,7 +157,7 @@ class SectorFriction(AbstractMotionEffect, AbstractFrictionEffect):
 
 
 class WarmingFriction(AbstractMotionEffect, AbstractFrictionEffect):
-    """sgn(w) v (1 + r exp(-t/τ)): dry friction that falls while the gear warms up."""
+    """sgn(w) v (1 + r exp(-t/τ)): friction that falls while the gear warms up."""
 
     name: ClassVar[str] = "warming_friction"
     family: ClassVar[str] = "friction"
@@ -166,10 +166,10 @@ class WarmingFriction(AbstractMotionEffect, AbstractFrictionEffect):
     rarity: ClassVar[float] = RARITY
     holds_by: ClassVar[str] = "volts_V"
     contains: ClassVar[tuple[str, ...]] = ("coulomb_friction",)
-    # Which of two dry frictions a constant part belongs to, nothing shows.
+    # Which of two Coulomb frictions a constant part belongs to, nothing shows.
     excludes: ClassVar[tuple[str, ...]] = ("stiction",)
     says: ClassVar[str] = (
-        "dry friction takes {volts_V} once warm, and {rise_ratio} more when the recording begins, which fades with "
+        "friction takes {volts_V} once warm, and {rise_ratio} more when the recording begins, which fades with "
         "{time_constant_s}"
     )
     advice: ClassVar[str] = "Let the motor run in before it is recorded, and feed the warm friction forward."
@@ -190,13 +190,13 @@ class WarmingFriction(AbstractMotionEffect, AbstractFrictionEffect):
         warms = 1.0 < float(self.time_constant_s) < 3 * rig.duration_s
         return super().possible(rig) and warms and float(self.rise_ratio) < 5
 
-    def rubs(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
+    def friction(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
         del speed, angle
         return self.volts_V * (1 + self.rise_ratio * jnp.exp(-time / self.time_constant_s))
 
 
 class BristleFriction(AbstractMotionEffect, AbstractMemoryTorqueEffect):
-    """v y, zs y' = w - |w| y: dry friction whose contacts bend like bristles before they slide (Dahl).
+    """v y, zs y' = w - |w| y: friction whose contacts bend like bristles before they slide (Dahl).
 
     Its memory is y, their deflection relative to the largest, zs.
     """
@@ -210,7 +210,7 @@ class BristleFriction(AbstractMotionEffect, AbstractMemoryTorqueEffect):
     contains: ClassVar[tuple[str, ...]] = ("coulomb_friction",)
     excludes: ClassVar[tuple[str, ...]] = ("stiction", "warming_friction")
     says: ClassVar[str] = (
-        "dry friction takes {volts_V}, and gives way like a spring over about {deflection_rad} before it slides"
+        "friction takes {volts_V}, and gives way like a spring over about {deflection_rad} before it slides"
     )
     advice: ClassVar[str] = (
         "Feed its voltage forward only after that angle beyond each reversal; soft seals, grease and belts do that."

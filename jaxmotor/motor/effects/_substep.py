@@ -202,7 +202,7 @@ def _parted(end: Moved, joined: Contact, parts: Parts, before: tuple[Scalar, ...
     return end._replace(x=(*end.x[:-1], twist), mean=end.mean + ratio * joined.late)
 
 
-def shown_speed(parts: Parts, speed: Scalar, memory: tuple[Scalar, ...], supply: Scalar) -> Scalar:
+def sensed_speed_of(parts: Parts, speed: Scalar, memory: tuple[Scalar, ...], supply: Scalar) -> Scalar:
     """What a sensor of speed shows [rad/s]."""
     zero = jnp.zeros_like(speed)
     now = Step(zero, speed, speed, speed, zero, speed, supply)
@@ -238,7 +238,7 @@ def _torque(parts: Parts, speed: Scalar, angle: Scalar) -> Scalar:
 
 
 def _friction(parts: Parts, speed: Scalar, place: Place) -> Scalar:
-    return sum((effect.rubs(speed, place.angle, place.time) for effect in parts.frictions), jnp.zeros_like(speed))
+    return sum((effect.friction(speed, place.angle, place.time) for effect in parts.frictions), jnp.zeros_like(speed))
 
 
 def _bristle(parts: Parts, state: State, turn: Scalar, way: Scalar) -> Scalar:

@@ -6,8 +6,8 @@ from jaxmotor.present.report._html import Content, Html, details, element, numbe
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import ranges
+from jaxmotor.text import compared, with_bracket
 from jaxmotor.validation import ClosedLoop, Comparison, StepTrials
-from jaxmotor.words import compared, with_bracket
 
 MOST = 2
 """Steps, and closed loops, that are drawn at once; the others are folded."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from jaxmotor.motor.effects import parameters, vocabulary
 from jaxmotor.present.report._html import Content, details, element, number, paragraph, table, unbroken
-from jaxmotor.words import capital, named, percent, scaled, with_error
+from jaxmotor.text import capital, named, percent, scaled, with_error
 
 MOST_LISTED = 500
 LEAST = 3
@@ -70,7 +70,7 @@ def causes_section(rows: Sequence[dict[str, Any]]) -> Content:
     verdicts = Counter((one.verdict, " + ".join(map(named, one.effects)) or "none") for one in found)
     counts = [(verdict, effects, str(count)) for (verdict, effects), count in verdicts.most_common()]
     left = [(row["motor"], one.looks_like) for row, one in zip(rows, map(diagnosed, rows), strict=True) if one]
-    strange = [(motor, look) for motor, look in left if look is not None]
+    strange = [(motor, one) for motor, one in left if one is not None]
     text = f"{len(found)} motors were diagnosed one by one; each size stands in the table of all motors."
     return [
         paragraph(text),

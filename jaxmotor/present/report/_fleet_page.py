@@ -15,7 +15,7 @@ from jaxmotor.present.report._html import Content, Html, details, element, numbe
 from jaxmotor.present.report._limits import versions
 from jaxmotor.present.report._page import Section, cards, figure, page
 from jaxmotor.present.report._story import digest
-from jaxmotor.words import plainly, with_error
+from jaxmotor.text import plainly, with_error
 
 MOST_MOTORS = 3_000
 """In the table; who does not belong or failed is listed in any case."""

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from jaxmotor.diagnosis import Diagnosis, FoundEffect, LoopGain, Worth
+from jaxmotor.diagnosis import BeforeAfter, Diagnosis, FoundEffect, LoopGain
 from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.motor.effects import told_parameters
 from jaxmotor.present._autocorrelation import autocorrelation
@@ -14,7 +14,7 @@ from jaxmotor.present.report._html import Content, Html, details, element, numbe
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import Recording
-from jaxmotor.words import LOOP, as_known, between, bracket, capital, floor, loop_of, named, plainly, scaled, scored
+from jaxmotor.text import LOOP, as_known, between, bracket, capital, floor, loop_of, named, plainly, scaled, scored
 
 MOST_LOOPS = 2
 MOST_SEGMENTS = 200
@@ -133,7 +133,7 @@ def _scores(diagnosis: Diagnosis) -> Content:
     return [held_out, details("The same on the whole recording", whole)]
 
 
-def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> Html:
+def _score_table(caption: str, key: str, compared: BeforeAfter, diagnosis: Diagnosis) -> Html:
     scores = {
         "fit_percent": ("fit (%)", "fit_percent"),
         "chi2": (f"chi2 per sample (1 = {floor(diagnosis.fit.floor_known)})", "chi2_per_sample"),
@@ -149,8 +149,8 @@ def _score_table(caption: str, key: str, worth: Worth, diagnosis: Diagnosis) -> 
     for name, (title, attribute) in scores.items():
         row: list[Content] = [title]
         for when in whens:
-            value = getattr(getattr(worth, when), attribute) if attribute else getattr(worth, f"drift_{when}")
-            interval = getattr(getattr(worth, f"{when}_intervals"), attribute, None)
+            value = getattr(getattr(compared, when), attribute) if attribute else getattr(compared, f"drift_{when}")
+            interval = getattr(getattr(compared, f"{when}_intervals"), attribute, None)
             shown = number(value, f"{key}.{name}_{when}", plainly(value, 4))
             row.append([shown, "" if interval is None else bracket(interval)])
         rows.append(row)

@@ -114,7 +114,7 @@ def _row(cells: list[Content]) -> Html:
     return element("tr", element("th", cells[0], scope="row"), [element("td", cell) for cell in cells[1:]])
 
 
-def bar(share: float, look: str) -> Html:
+def bar(share: float, style: str) -> Html:
     """A bar of `share` [1] of its column's width."""
-    rect = element("rect", width=f"{100 * min(max(share, 0.0), 1.0):.1f}", height=10, class_=f"bar {look}")
+    rect = element("rect", width=f"{100 * min(max(share, 0.0), 1.0):.1f}", height=10, class_=f"bar {style}")
     return element("svg", rect, viewBox="0 0 100 10", preserveAspectRatio="none", class_="share", aria_hidden="true")

@@ -8,7 +8,7 @@ import shlex
 from jaxmotor.diagnosis import Diagnosis, to_json
 from jaxmotor.present.report._html import Content, bullets, details, element, paragraph, table
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import allowing, capital, may_be, named, spoken
+from jaxmotor.text import allowing, capital, may_be, named, spoken
 
 PACKAGES = ("jaxmotor", "jax", "jaxlib", "equinox", "optimistix", "numpy")
 MOST_EXPERIMENTS = 3

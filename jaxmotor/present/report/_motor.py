@@ -12,7 +12,7 @@ from jaxmotor.present.report._html import Content, Html, details, element, table
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import Recording, lost_ticks, ranges
-from jaxmotor.words import named, plainly
+from jaxmotor.text import named, plainly
 
 MOST_SEGMENTS = 400
 """Rows of the table of segments."""

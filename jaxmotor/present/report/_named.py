@@ -6,7 +6,7 @@ from jaxmotor.diagnosis import Diagnosis, FoundEffect
 from jaxmotor.motor.effects import parameters, told_parameters
 from jaxmotor.present.report._html import Content, Html, bar, element, number, paragraph, table
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import as_known, between, capital, floor, looks_like, named, plainly, scaled, sentence
+from jaxmotor.text import as_known, between, capital, floor, looks_like, named, plainly, scaled, sentence
 
 
 def named_section(story: Story) -> Content:
@@ -58,22 +58,22 @@ def _parameter(found: FoundEffect, name: str, path: str) -> list[Content]:
 
 def _models(diagnosis: Diagnosis) -> Content:
     """Each model on held-out data: linear, extended, and with an alternative in an effect's place."""
-    worth, several = diagnosis.held_out, len(diagnosis.named) > 1
+    scores, several = diagnosis.held_out, len(diagnosis.named) > 1
     extended = " + ".join(named(found.name) for found in diagnosis.named)
     models: list[tuple[str, float, str, Content, str]] = [
-        ("linear", worth.drift_before, "grey", "", ""),
-        (extended, worth.drift_after, "blue", "", ""),
+        ("linear", scores.drift_before, "grey", "", ""),
+        (extended, scores.drift_after, "blue", "", ""),
     ]
     for path, found in named_in(diagnosis):
-        for k, rival in enumerate(found.rivals):
-            name = f"{named(rival.name)} instead{f' of {named(found.name)}' if several else ''}"
-            key, excess = f"{path}.rivals.{k}.chi2_excess", rival.chi2_excess
+        for k, one in enumerate(found.alternatives):
+            name = f"{named(one.name)} instead{f' of {named(found.name)}' if several else ''}"
+            key, excess = f"{path}.rivals.{k}.chi2_excess", one.chi2_excess
             shown = number(excess, key, plainly(excess))
-            models.append((name, worth.drift_after + excess, "red", shown, "no" if rival.inseparable else "yes"))
+            models.append((name, scores.drift_after + excess, "red", shown, "no" if one.inseparable else "yes"))
     most = math.log(max([2.0, *(value for _, value, *_ in models if math.isfinite(value))]))
     rows = [
-        (name, bar(math.log(max(value, 1.0)) / most, look), plainly(value), more, told)
-        for name, value, look, more, told in models
+        (name, bar(math.log(max(value, 1.0)) / most, style), plainly(value), more, told)
+        for name, value, style, more, told in models
         if math.isfinite(value)
     ]
     summed = ", of residuals summed over twenty ticks (of angles: over a second)" if diagnosis.adds_up else ""

@@ -12,7 +12,7 @@ from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, details, number, paragraph, table
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import plainly
+from jaxmotor.text import plainly
 
 MOST = 300
 """Frequencies that are tabled."""

@@ -9,7 +9,7 @@ from jaxmotor.present.report._html import Content, Html, bar, bullets, element, 
 from jaxmotor.present.report._named import named_in
 from jaxmotor.present.report._page import cards
 from jaxmotor.present.report._story import Story
-from jaxmotor.words import RPM, capital, either, equals, family_of, looks_like, named, odds, percent, spoken, with_error
+from jaxmotor.text import RPM, capital, either, equals, family_of, looks_like, named, odds, percent, spoken, with_error
 
 SENTENCES = {
     "complete": "This is a linear motor: its speed follows the voltage in proportion, and the recording shows no more.",

@@ -63,7 +63,7 @@ class Renderer(RendererBase):
         drawn = _path(path, transform + self._down(), inside, simplify)
         if not drawn:
             return
-        self._add(drawn, gc, self._look(gc, rgbFace))
+        self._add(drawn, gc, self._style(gc, rgbFace))
         if gc.get_hatch():
             self._add(drawn, gc, {"fill": self._hatch(gc)})
 
@@ -78,16 +78,16 @@ class Renderer(RendererBase):
     ) -> None:
         places = (trans + self._down()).transform(path.vertices)
         shown = np.isfinite(places).all(axis=1) & (np.abs(places) < 1e5).all(axis=1)
-        places, look = places[shown], self._look(gc, rgbFace)
+        places, style = places[shown], self._style(gc, rgbFace)
         dot = _radius(marker_path, marker_trans)
-        stroke = float(look.get("stroke_width") or 0.0)
-        if dot and (not stroke or look["stroke"] == look["fill"]):
+        stroke = float(style.get("stroke_width") or 0.0)
+        if dot and (not stroke or style["stroke"] == style["fill"]):
             # A stroke that only its round ends show: in print one of no length has none.
-            ends = {"stroke": look["fill"], "stroke_width": _short(2 * dot + stroke), "stroke_linecap": "round"}
-            drawn, look = "h.01", {"fill": "none", **ends}
+            ends = {"stroke": style["fill"], "stroke_width": _short(2 * dot + stroke), "stroke_linecap": "round"}
+            drawn, style = "h.01", {"fill": "none", **ends}
         else:
             drawn = _circle(dot) if dot else _relative(marker_path, marker_trans + Affine2D().scale(1, -1))
-        self._add("".join(f"M{x:.1f} {y:.1f}{drawn}" for x, y in places), gc, look)
+        self._add("".join(f"M{x:.1f} {y:.1f}{drawn}" for x, y in places), gc, style)
 
     # One element for each, without the references that matplotlib's default makes of them.
     draw_path_collection = RendererBase.draw_path_collection
@@ -121,22 +121,22 @@ class Renderer(RendererBase):
     def _down(self) -> Affine2D:
         return Affine2D().scale(1.0, -1.0).translate(0.0, self.height)
 
-    def _add(self, drawn: str, gc: GraphicsContextBase, look: dict[str, str]) -> None:
-        self.parts.append(element("path", d=drawn, **look, clip_path=self._clip(gc.get_clip_rectangle())))
+    def _add(self, drawn: str, gc: GraphicsContextBase, style: dict[str, str]) -> None:
+        self.parts.append(element("path", d=drawn, **style, clip_path=self._clip(gc.get_clip_rectangle())))
 
-    def _look(self, gc: GraphicsContextBase, face: Any) -> dict[str, str]:
+    def _style(self, gc: GraphicsContextBase, face: Any) -> dict[str, str]:
         red, green, blue, alpha = (*face, 1.0)[:4] if face is not None else (0.0,) * 4
-        look = {"fill": _colour((red, green, blue)) if alpha > 0 else "none"}
+        style = {"fill": _colour((red, green, blue)) if alpha > 0 else "none"}
         alpha = gc.get_alpha() if gc.get_forced_alpha() else alpha
         if 0 < alpha < 1:
-            look["opacity" if gc.get_forced_alpha() else "fill_opacity"] = _short(alpha)
+            style["opacity" if gc.get_forced_alpha() else "fill_opacity"] = _short(alpha)
         width = self.points_to_pixels(gc.get_linewidth())
         if width and gc.get_rgb()[3] > 0:
-            look |= {"stroke": _colour(gc.get_rgb()), "stroke_width": _short(width)}
+            style |= {"stroke": _colour(gc.get_rgb()), "stroke_width": _short(width)}
             _, dashes = gc.get_dashes()
             if dashes is not None:
-                look["stroke_dasharray"] = " ".join(map(_short, self.points_to_pixels(np.asarray(dashes))))
-        return look
+                style["stroke_dasharray"] = " ".join(map(_short, self.points_to_pixels(np.asarray(dashes))))
+        return style
 
     def _clip(self, box: BboxBase | None) -> str | None:
         if box is None:
@@ -146,10 +146,10 @@ class Renderer(RendererBase):
 
     def _hatch(self, gc: GraphicsContextBase) -> str:
         whole = _path(gc.get_hatch_path(), Affine2D().scale(DPI, -DPI).translate(0.0, DPI), None, False)
-        look = {"stroke": _colour(gc.get_hatch_color()), "fill": "none"}
+        style = {"stroke": _colour(gc.get_hatch_color()), "fill": "none"}
         width = _short(self.points_to_pixels(gc.get_hatch_linewidth()))
         tile = {"width": DPI, "height": DPI, "patternUnits": "userSpaceOnUse"}
-        return self._defined("pattern", element("path", d=whole, stroke_width=width, **look), **tile)
+        return self._defined("pattern", element("path", d=whole, stroke_width=width, **style), **tile)
 
     def _defined(self, kind: str, content: Html, **about: Any) -> str:
         """A reference to `content`, which is put into the drawing once."""

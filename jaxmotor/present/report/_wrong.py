@@ -2,7 +2,7 @@
 
 import math
 
-from jaxmotor.diagnosis import Diagnosis, Look
+from jaxmotor.diagnosis import Dependence, Diagnosis
 from jaxmotor.present._missing import COORDINATES, explained_percent, missing
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, bullets, details, number, paragraph, table
@@ -10,7 +10,7 @@ from jaxmotor.present.report._motor import spacing
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import Recording
-from jaxmotor.words import capital, named, nothing_left, of_rounding, plainly, seen_in
+from jaxmotor.text import capital, named, nothing_left, of_rounding, plainly, seen_in
 
 
 def wrong_section(story: Story) -> Content:
@@ -46,26 +46,26 @@ def _not_seen(recording: Recording) -> str:
 
 
 def _seen(diagnosis: Diagnosis) -> Content:
-    telling = [look for look in diagnosis.looks if look.beyond_chance]
+    telling = [one for one in diagnosis.dependences if one.beyond_chance]
     if diagnosis.verdict == "complete" or diagnosis.undecided:
         return paragraph(f"{capital(nothing_left())}.")
     if not telling:
         return paragraph("It depends on speed, voltage, angle and time no more than by chance.")
     overlap = "Shares overlap where coordinates are correlated, as voltage and speed are."
-    return [bullets(seen_in(look) for look in telling[:3]), paragraph(overlap) if len(telling) > 1 else None]
+    return [bullets(seen_in(one) for one in telling[:3]), paragraph(overlap) if len(telling) > 1 else None]
 
 
 def _drawing(diagnosis: Diagnosis) -> Html:
     alt = (
         "Residual voltage against speed, applied voltage, shaft angle and time: "
-        + "; ".join(f"{name} explains {_share(diagnosis.looks, name)}" for name in COORDINATES)
+        + "; ".join(f"{name} explains {_share(diagnosis.dependences, name)}" for name in COORDINATES)
         + " of its variance."
     )
     return drawing(missing(diagnosis), "missing", alt=alt)
 
 
-def _share(looks: tuple[Look, ...], coordinate: str) -> str:
-    percent = explained_percent(looks, coordinate)
+def _share(dependences: tuple[Dependence, ...], coordinate: str) -> str:
+    percent = explained_percent(dependences, coordinate)
     return f"{percent:.0f} %" if percent else "no more than chance"
 
 
@@ -78,15 +78,15 @@ def _caption(diagnosis: Diagnosis) -> str:
 
 def _table(diagnosis: Diagnosis) -> Content:
     head = ("what it looks like", "coordinate", "share of the variance (%)", "by chance below (%)")
-    tables = [_looks("Residual voltage of the linear model", head, diagnosis.looks)]
+    tables = [_dependences("Residual voltage of the linear model", head, diagnosis.dependences)]
     if diagnosis.named:
-        tables.append(_looks("Residual voltage of the extended model", head, diagnosis.left_looks))
+        tables.append(_dependences("Residual voltage of the extended model", head, diagnosis.unexplained_dependences))
         left = diagnosis.left
         rms = number(left.rms_V, "missing_volts.after.rms_V", f"{1e3 * left.rms_V:.3g} mV")
         tables.append(paragraph("The residual voltage of the extended model is ", rms, " rms."))
     return tables
 
 
-def _looks(caption: str, head: tuple[str, ...], looks: tuple[Look, ...]) -> Html:
-    rows = [(look.text, look.coordinate, plainly(100 * look.share), plainly(100 * look.chance)) for look in looks]
+def _dependences(caption: str, head: tuple[str, ...], dependences: tuple[Dependence, ...]) -> Html:
+    rows = [(one.text, one.coordinate, plainly(100 * one.share), plainly(100 * one.chance)) for one in dependences]
     return table(caption, head, rows or [("nothing: the recording is too short to say", "", "", "")])

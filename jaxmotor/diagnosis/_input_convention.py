@@ -12,7 +12,7 @@ MUCH = 0.5
 """Of chi2, that the other reading leaves."""
 
 
-def is_early(recording: Recording, fitted: Fitted) -> bool:
+def is_applied_until_row(recording: Recording, fitted: Fitted) -> bool:
     """The motor, fitted again with each input one row earlier, leaves much less over."""
     earlier = dataclasses.replace(recording, segments=tuple(map(_earlier, recording.segments)))
     solver = study_of(earlier, float(fitted.motor.linear.pole)).solver

@@ -26,11 +26,11 @@ FEW_CLUSTERS = 6
 UNDETERMINED = 0.3
 """Relative standard error from which a parameter is said not to be determined."""
 LEAST_POLE_SHARE = 0.01
-"""A pole that shows in less than this part of the motion would be made of whatever the model lacks."""
+"""A pole that shows in less than this part of the motion would be fitted to the model error."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Judgement:
+class Assessment:
     """What is stated of an estimate."""
 
     motor: AbstractLinearMotor
@@ -58,14 +58,14 @@ def is_quiet(packed: Packed, errors: Uncertainty) -> bool:
     return bool(packed.observation.floor_known and errors.log10_q < QUIET_LOG10_Q and errors.chi2 < QUIET_CHI2)
 
 
-def judge(
+def assess(
     recording: Recording,
     packed: Packed,
     solution: Solution,
     errors: Uncertainty,
     of_log: tuple[str, ...] = (),
     alike: bool = False,
-) -> Judgement:
+) -> Assessment:
     """The standard errors that fit the residuals' nature, and notes on what they rest on.
 
     Where the encoder alone explains the residuals: rounding drawn anew. Else: from how segments disagree, widened
@@ -81,7 +81,7 @@ def judge(
         covariance = covariance + np.outer(shift, shift)
         notes.append(
             "the motor does more than a linear one (friction or a delay, if only a little, show in the data): the "
-            "standard errors allow for what that may shift"
+            "standard errors account for this model error"
         )
     if of_log:
         lag = LAG_S[1] * np.asarray(errors.hidden_shift)[:, HIDDEN.index("electrical lag")]
@@ -100,7 +100,7 @@ def judge(
     of_header = [one.sentence for one in (average, timing) if one is not None]
     motor, half = np.array([psi[0], np.exp(psi[2])]), 1.96 * np.sqrt(np.diag(kept)[:2])
     left_open, allowed = open_hypotheses(packed, float(errors.chi2), motor, half, hidden_laws(solution, errors))
-    return Judgement(
+    return Assessment(
         motor=linear_motor([psi[0], *np.exp(psi[2:])]),
         standard_error=linear_motor(np.sqrt(np.diag(kept))),
         covariance=kept,

@@ -1,9 +1,9 @@
-"""Looks at the missing volts: which coordinate do they depend on, and is it more than chance?
+"""Which coordinate the residual voltage depends on, and whether that is more than chance.
 
-Each look explains the missing volts by a few columns of one coordinate (bins of speed, of voltage, of time; harmonics
-of the shaft angle; a sine over time; rates of change). Its share is the part of their variance that it explains,
-corrected for the number of columns. Chance is what the same look finds in the same volts in random order: a look is
-beyond chance where it explains more than all but `LEVEL` of the shuffles, divided by the number of looks.
+The residual voltage is regressed on a few columns of one coordinate (bins of speed, of voltage, of time; harmonics of
+the shaft angle; a sine over time; rates of change). The share is the part of its variance that these explain (adjusted
+R²). Chance is the share in the same voltages in random order: a dependence is beyond chance where it explains more than
+all but `LEVEL` of the shuffles, divided by the number of coordinates tried.
 """
 
 import dataclasses
@@ -29,8 +29,8 @@ SLOWEST_Hz = 0.2
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Look:
-    """One coordinate, and how much of the missing volts depends on it."""
+class Dependence:
+    """One coordinate, and how much of the residual voltage depends on it."""
 
     coordinate: Coordinate
     text: str
@@ -38,34 +38,34 @@ class Look:
     share: float
     """Part of the variance explained [1]."""
     chance: float
-    """Share that chance stays below, given the number of looks [1]."""
+    """Share that chance stays below, given the number of coordinates tried [1]."""
     at: np.ndarray
     """(k,) places of the curve, in the coordinate's unit (rad/s, rad, s, V, Hz)."""
     volts: np.ndarray
-    """(k,) mean missing volts there [V]."""
+    """(k,) mean residual voltage there [V]."""
 
     moment_s: float | None = None
     """Of the change, where it is one at a moment [s]."""
     frequency_Hz: float | None = None
     """Where it is a sine over time [Hz]."""
-    outside: bool = False
-    """It goes by the clock: nothing that the motor does itself."""
+    time_only: bool = False
+    """It depends on time only: nothing that the motor does itself."""
 
     @property
     def beyond_chance(self) -> bool:
         return self.share > self.chance
 
     @classmethod
-    def none(cls) -> "Look":
+    def none(cls) -> "Dependence":
         """Where the recording is too short to say what anything depends on."""
         text = "more than noise, in a recording too short to say what it depends on"
         return cls("frequency", text, 0.0, 0.0, np.zeros(0), np.zeros(0))
 
 
-def looks(missing: MissingVolts, key: int = 0) -> tuple[Look, ...]:
-    """All looks that the recording allows, the most telling first. `key` seeds the shuffles.
+def dependences(missing: MissingVolts, key: int = 0) -> tuple[Dependence, ...]:
+    """All dependences that the recording can show, the largest share first. `key` seeds the shuffles.
 
-    Needs forty windows at least; with fewer there are no looks.
+    Needs forty windows at least; with fewer there are none.
     """
     if len(missing.volts) < 40 or np.ptp(missing.volts) == 0:
         return ()
@@ -74,8 +74,8 @@ def looks(missing: MissingVolts, key: int = 0) -> tuple[Look, ...]:
     views = [view for view in found if view is not None]
     centred = missing.volts - missing.volts.mean()
     shuffled = _shuffles(centred, key)
-    every = [_judged(view, centred, shuffled, len(views)) for view in views]
-    return tuple(sorted(every, key=lambda look: -look.share))
+    every = [_assessed(view, centred, shuffled, len(views)) for view in views]
+    return tuple(sorted(every, key=lambda one: -one.share))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -91,10 +91,10 @@ class _View:
     frequency_Hz: float | None = None
 
 
-def _judged(view: _View, centred: np.ndarray, shuffled: np.ndarray, number: int) -> Look:
+def _assessed(view: _View, centred: np.ndarray, shuffled: np.ndarray, number: int) -> Dependence:
     found = _share(view.basis, centred[:, None])[0]
     chance = np.quantile(_share(view.basis, shuffled), 1 - LEVEL / number)
-    return Look(
+    return Dependence(
         view.coordinate,
         view.text,
         float(found),

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Callable, Sequence
 
-from jaxmotor.diagnosis import Diagnosis, FoundEffect, Look, LoopGain, MissingVolts
+from jaxmotor.diagnosis import Dependence, Diagnosis, FoundEffect, LoopGain, MissingVolts
 from jaxmotor.estimate import Noise
 from jaxmotor.recording import ranges
+from jaxmotor.text._effects import family_of, named
 from jaxmotor.validation import ClosedLoop, Comparison, StepTrials
-from jaxmotor.words._effects import family_of, named
 
 RPM = 60 / (2 * math.pi)
 """rpm in one rad/s."""
@@ -49,30 +49,31 @@ def nothing_left() -> str:
     return "that is the noise: the linear model explains all that this recording shows"
 
 
-def seen_in(look: Look) -> str:
+def seen_in(dependence: Dependence) -> str:
     """How much of the residual voltage depends on what."""
-    return f"{100 * look.share:.0f} % of that: {look.text} (by chance {100 * max(look.chance, 0.01):.0f} %)"
+    chance = 100 * max(dependence.chance, 0.01)
+    return f"{100 * dependence.share:.0f} % of that: {dependence.text} (by chance {chance:.0f} %)"
 
 
 def looks_like(diagnosis: Diagnosis) -> str | None:
     """What the unexplained residual depends on; None where there is none."""
-    look = diagnosis.looks_like
-    if look is None:
+    dependence = diagnosis.looks_like
+    if dependence is None:
         return None
     if diagnosis.undecided:
-        return f"the residual is no more than noise, but there may be {look.text}"
-    if diagnosis.outside:
-        return f"something acted from outside, which is no part of the motor: {look.text}"
+        return f"the residual is no more than noise, but there may be {dependence.text}"
+    if diagnosis.named_disturbances:
+        return f"something acted from outside, which is no part of the motor: {dependence.text}"
     residual = "unexplained residual" if diagnosis.effects else "residual voltage"
     more = "no further effect" if diagnosis.effects else "no effect"
-    return f"the {residual} looks like {look.text}; {more} is named: this says what it depends on, not why"
+    return f"the {residual} looks like {dependence.text}; {more} is named: this says what it depends on, not why"
 
 
 def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
     """The alternatives that cannot be distinguished from the effect, each called by `name`; None without any."""
-    equal = [rival for rival in found.rivals if rival.inseparable]
-    wider = [name(rival.name) for rival in equal if rival.wider]
-    same = [name(rival.name) for rival in equal if not rival.wider]
+    equal = [one for one in found.alternatives if one.inseparable]
+    wider = [name(one.name) for one in equal if one.wider]
+    same = [name(one.name) for one in equal if not one.wider]
     told = []
     if same:
         told.append(f"may as well be {' or '.join(same)}: indistinguishable in this recording")
@@ -108,7 +109,7 @@ def odds(found: FoundEffect) -> list[tuple[str, float]]:
 
 def equals(found: FoundEffect) -> list[str]:
     """The alternatives that this recording does not distinguish from the effect."""
-    return [rival.name for rival in found.rivals if rival.inseparable]
+    return [one.name for one in found.alternatives if one.inseparable]
 
 
 def either(effects: list[str]) -> str:

@@ -1,0 +1,35 @@
+"""Findings in words, as the terminal and the report tell them: each sentence is written once."""
+
+from jaxmotor._numbers import as_known as as_known
+from jaxmotor._numbers import between as between
+from jaxmotor._numbers import bracket as bracket
+from jaxmotor._numbers import plainly as plainly
+from jaxmotor._numbers import with_bracket as with_bracket
+from jaxmotor._numbers import with_error as with_error
+from jaxmotor._sentences import printable as printable
+from jaxmotor.estimate import allowing as allowing
+from jaxmotor.text._effects import capital as capital
+from jaxmotor.text._effects import family_of as family_of
+from jaxmotor.text._effects import law as law
+from jaxmotor.text._effects import named as named
+from jaxmotor.text._effects import scaled as scaled
+from jaxmotor.text._effects import sentence as sentence
+from jaxmotor.text._effects import spoken as spoken
+from jaxmotor.text._findings import LOOP as LOOP
+from jaxmotor.text._findings import RPM as RPM
+from jaxmotor.text._findings import cause as cause
+from jaxmotor.text._findings import compared as compared
+from jaxmotor.text._findings import either as either
+from jaxmotor.text._findings import equals as equals
+from jaxmotor.text._findings import floor as floor
+from jaxmotor.text._findings import level_words as level_words
+from jaxmotor.text._findings import looks_like as looks_like
+from jaxmotor.text._findings import loop_of as loop_of
+from jaxmotor.text._findings import may_be as may_be
+from jaxmotor.text._findings import noise_words as noise_words
+from jaxmotor.text._findings import nothing_left as nothing_left
+from jaxmotor.text._findings import odds as odds
+from jaxmotor.text._findings import of_rounding as of_rounding
+from jaxmotor.text._findings import percent as percent
+from jaxmotor.text._findings import scored as scored
+from jaxmotor.text._findings import seen_in as seen_in
