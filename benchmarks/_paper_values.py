@@ -26,7 +26,11 @@ LINEAR_GAIN, LINEAR_POLE = 10.6005, 40.017
 """Of the motor of `linear`."""
 LAG_S = 524e-6 / 4.5
 """L/R of the paper's Table 2."""
+RPM = 30 / np.pi
+"""Of 1 rad/s."""
 PERIOD_S, COUNTS, AMPLITUDE_V = 0.005, 617.4, 5.1
+SINE_HZ = 5.0
+"""Of Fig. 6 and 7."""
 PERIODS_S = (0.001, 0.002, 0.005, 0.01, 0.02, 0.05)
 
 
@@ -41,6 +45,10 @@ def values(found: "Found") -> dict[str, float | str]:
         "fast_pole": float(poles[1]),
         "drift": float(np.rad2deg(curve.drift_rad_s)),
         "swing": float(np.rad2deg(curve.measured.mean())),
+        "true_gain_rpm": GAIN * RPM,
+        "pole_Hz": POLE / (2 * np.pi),
+        "rpm_dB": 20 * np.log10(RPM),
+        **_sine_amplitude(found),
         "encoder_table": _encoder_table(),
         "hold_table": _hold_table(),
         "sine_table": _sine_table(found),
@@ -66,7 +74,13 @@ def _fit(name: str, fit: Fit, gain: float, pole: float) -> dict[str, float | str
         found[f"{name}_{key}"] = value
         found[f"{name}_{key}_off"] = 100 * (value / truth - 1)
         found[f"{name}_{key}_half"] = 1.96 * float(getattr(fit.standard_error, key))
-    return found
+    return found | _in_rpm(name, found)
+
+
+def _in_rpm(name: str, found: dict[str, float | str]) -> dict[str, float | str]:
+    """The gain and its interval in the paper's unit [rpm/V]."""
+    gain, half = float(found[f"{name}_gain"]), float(found[f"{name}_gain_half"])
+    return {f"{name}_gain_rpm": gain * RPM, f"{name}_gain_rpm_half": half * RPM}
 
 
 def _named(found: Diagnosis) -> dict[str, float | str]:
@@ -74,7 +88,7 @@ def _named(found: Diagnosis) -> dict[str, float | str]:
     sizes = {each.name: each.parameters for each in found.effects}
     errors = {each.name: each.standard_error for each in found.effects}
     gain, pole = float(found.motor.linear.gain), float(found.motor.linear.pole)
-    return {
+    given: dict[str, float | str] = {
         "named_gain": gain,
         "named_gain_half": 1.96 * found.standard_error["gain_rad_s_V"],
         "named_gain_off": 100 * (gain / GAIN - 1),
@@ -86,6 +100,7 @@ def _named(found: Diagnosis) -> dict[str, float | str]:
         "sag": 100 * sizes["supply_sag"]["ratio"],
         "sag_half": 196 * errors["supply_sag"]["ratio"],
     }
+    return given | _in_rpm("named", given)
 
 
 def _encoder_table() -> str:
@@ -120,6 +135,15 @@ def _sine_table(found: "Found") -> str:
         rows.append((f"{frequency:.3f}", f"{amplitude:.2f}", *(f"{value:.2f}" for value in both)))
     head = ("Hz", "A [rad/s]", "paper: gain [dB]", "paper: phase", "exact: gain [dB]", "exact: phase")
     return table(head, rows)
+
+
+def _sine_amplitude(found: "Found") -> dict[str, float | str]:
+    """Of the sine of Fig. 7, as the table of the sines has it."""
+    response = found.paper.frequency_response
+    assert response is not None
+    nearest = int(np.argmin(np.abs(np.asarray(response.frequency_Hz) - SINE_HZ)))
+    amplitude = AMPLITUDE_V * float(np.abs(np.asarray(response.response)[nearest]))
+    return {"sine_amplitude": amplitude, "sine_amplitude_rpm": amplitude * RPM}
 
 
 def _left_at_the_end(fit: Fit) -> float:
@@ -169,8 +193,11 @@ def _open_loop(found: "Found") -> dict[str, float | str]:
     ]
     assert found.exactly.open_loop is not None and found.as_published.open_loop is not None
     assert found.extended.open_loop is not None
+    final = ours.final_speed_rad_s.measured.value
     return {
         "step_table": table(COMPARED, rows),
+        "final_speed": final,
+        "final_rpm": final * RPM,
         "trials": ours.trials,
         "exact_fit": found.exactly.open_loop.pooled.fit_percent,
         "named_fit": found.extended.open_loop.pooled.fit_percent,
@@ -199,7 +226,7 @@ def _closed_loop(found: "Found") -> dict[str, float | str]:
         "simulations": found.exactly.simulations,
         "reference": ours.reference_rad_s,
         "exact_error": error,
-        "exact_error_rpm": error * 30 / np.pi,
+        "exact_error_rpm": error * RPM,
         "paper_error": theirs.theory_error_rad_s.value,
         "named_error_low": named.steady_error_rad_s.predicted.low,
         "named_error_high": named.steady_error_rad_s.predicted.high,

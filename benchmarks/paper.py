@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import delay
 import numpy as np
-from _paper_values import PERIODS_S, values
+from _paper_values import PERIODS_S, SINE_HZ, values
 from _pictures import save_small
 from matplotlib.figure import Figure
 
@@ -28,8 +28,6 @@ from jaxmotor.validation import Validation, validate
 DOCS = Path(__file__).parent.parent / "docs"
 FRICTIONS_V = (0.0, 0.2, 0.5)
 PAGE = Path(__file__).parent / "paper_page.md"
-SINE_HZ = 5.0
-"""Of Fig. 6 and 7."""
 
 
 class Found(NamedTuple):
@@ -83,7 +81,7 @@ def find() -> Found:
 
 @styled
 def delay_parts(parts: dict[float, delay.Parts]) -> Figure:
-    """The phase that the paper's model lacks, and what it is made of, without and with friction."""
+    """The phase beyond the paper's model, and its parts, without and with friction."""
     figure, axes = panels(1, 2.8, columns=len(parts), share_y=True)
     frequency = np.array(delay.FREQUENCIES_HZ)
     for ax, (friction, found) in zip(axes[0], parts.items(), strict=True):

@@ -38,6 +38,11 @@ def _digits(half: float) -> int:
     return max(0, 1 - math.floor(math.log10(half)))
 
 
+def voltage(value: float) -> str:
+    """`value` [V] for people: in mV below 1 V."""
+    return f"{1e3 * value:.3g} mV" if abs(value) < 0.9995 else f"{value:.3g} V"
+
+
 def bracket(interval: tuple[float, float, float], digits: int = 3) -> str:
     """` [low, high]` of (value, low, high), to stand behind the value, with so many digits or as many as tell the ends
     apart; nothing where the interval has no width."""

@@ -94,4 +94,5 @@ def _picture(result: Shown) -> str:
         return ""
     file = io.BytesIO()
     figure.savefig(file, format="png", dpi=DPI)
-    return f'<img alt="" src="data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}">'
+    data = base64.b64encode(file.getvalue()).decode()
+    return f'<img alt="{_text(result._title())}" src="data:image/png;base64,{data}">'

@@ -10,11 +10,16 @@ def demo_command(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", help="Where the figures go.")] = Path("demo"),
 ) -> None:
     """Identify, diagnose and validate the bundled recording, exactly and as the paper did, and draw it."""
-    from jaxmotor.cli._folder import make_folder
+    from jaxmotor.cli._folder import made_folder
+
+    with made_folder(output):
+        _demo(output)
+
+
+def _demo(output: Path) -> None:
     from jaxmotor.cli._runtime import prepare_jax
     from jaxmotor.recording import bundled
 
-    make_folder(output)
     recording = bundled("paper")
     prepare_jax(threads=True)
     from jaxmotor.cli._story import diagnosis_text

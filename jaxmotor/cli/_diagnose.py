@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 import typer
 
-from jaxmotor.cli._folder import check_names, make_folder
-from jaxmotor.cli._recordings import for_each, opened
+from jaxmotor.cli._folder import check_names, made_folder
+from jaxmotor.cli._recordings import LONGER, for_each, opened, stage
 
 
 def diagnose_command(
@@ -24,11 +24,13 @@ def diagnose_command(
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Draws the shuffles that chance is told by.")] = 0,
 ) -> None:
     """Show what the linear model of each recording gets wrong, name the cause, extend the model, measure the gain."""
+    if effects is not None and not _names(effects):
+        raise typer.BadParameter("--effects names no effect; write names, such as coulomb_friction,transport_delay")
     if output is not None:
         check_names(recordings)
-        make_folder(output)
     chosen = {"effects": None if effects is None else _names(effects), "exclude": _names(exclude or "")}
-    for_each(recordings, lambda path: _one(path, json, output, {"seed": seed, **chosen}))
+    with made_folder(output):
+        for_each(recordings, lambda path: _one(path, json, output, {"seed": seed, **chosen}))
 
 
 def _names(text: str) -> list[str]:
@@ -36,12 +38,12 @@ def _names(text: str) -> list[str]:
 
 
 def _one(path: Path, json: bool, output: Path | None, options: dict[str, Any]) -> None:
-    with opened(path, threads=True) as (recording, tell):
+    with opened(path, threads=True, lasts=LONGER) as (recording, tell):
         from jaxmotor.cli._kept import keep_diagnosis
         from jaxmotor.cli._story import diagnosis_text
         from jaxmotor.diagnosis import diagnose, to_json
 
-        diagnosis = diagnose(recording, **options, on_progress=lambda now: tell(now.stage))
+        diagnosis = diagnose(recording, **options, on_progress=lambda now: tell(stage(now)))
         keep_diagnosis(diagnosis, recording, options)
         written = []
         if output is not None:

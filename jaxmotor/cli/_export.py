@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._export_options import check_used
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -59,6 +60,8 @@ def export_command(
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For WPILib's gains in metres.")] = None,
 ) -> None:
     """Write a model for python-control, C, Arduino, WPILib, MuJoCo or SPICE, with controllers designed from it."""
+    single = {"inertia": inertia, "resistance": resistance, "wheel_radius": wheel_radius}
+    check_used(to, bandwidth=bandwidth, position_bandwidth=position_bandwidth, **single)
     from jaxmotor.cli._runtime import prepare_jax
 
     prepare_jax()
@@ -100,6 +103,9 @@ def export_command(
         "spice": lambda: exports.to_spice(motor, resistance_ohm=resistance),
     }
     text = writers[to]()
+    guessed = {"mujoco": (inertia, exports.GUESSED_INERTIA), "spice": (resistance, exports.GUESSED_RESISTANCE)}
+    if to in guessed and guessed[to][0] is None:
+        typer.echo(f"note: {guessed[to][1]}", err=True)
     if output is None:
         typer.echo(text, nl=False)
         return

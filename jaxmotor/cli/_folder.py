@@ -1,5 +1,7 @@
 """The folder that `-o` names."""
 
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
 
 from jaxmotor._errors import JaxmotorError
@@ -11,6 +13,23 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise JaxmotorError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from error
+
+
+@contextlib.contextmanager
+def made_folder(folder: Path | None) -> Iterator[None]:
+    """Make `folder`, if any; of what was made, what is empty at the end is removed, also after Ctrl-C.
+
+    **Raises:** `JaxmotorError` where that is not possible.
+    """
+    new = [] if folder is None else [one for one in (folder, *folder.parents) if not one.exists()]
+    if folder is not None:
+        make_folder(folder)
+    try:
+        yield
+    finally:
+        for one in new:
+            with contextlib.suppress(OSError):
+                one.rmdir()
 
 
 def check_free(output: Path, force: bool) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from jaxmotor.cli._folder import check_names, make_folder
+from jaxmotor.cli._folder import check_names, made_folder
 from jaxmotor.cli._recordings import for_each, opened
 
 Method = Literal["exact", "paper"]
@@ -35,12 +35,12 @@ def identify_command(
         raise typer.BadParameter("--resistance and --inductance belong together")
     from jaxmotor.recording import names_segments
 
-    if hold_out and not names_segments(hold_out):
+    if hold_out is not None and not names_segments(hold_out):
         raise typer.BadParameter(f"{hold_out!r} names no segments; write numbers, ranges or kinds, such as 3,7-9,step")
     if output is not None:
         check_names(recordings)
-        make_folder(output)
-    for_each(recordings, lambda path: _one(path, method, model, hold_out, resistance, inductance, json, output))
+    with made_folder(output):
+        for_each(recordings, lambda path: _one(path, method, model, hold_out, resistance, inductance, json, output))
 
 
 def _one(

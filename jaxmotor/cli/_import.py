@@ -83,14 +83,14 @@ def import_command(
     _check_usage(source, set(given), units, motor, steady_s)
     check_free(output, force)
 
-    from jaxmotor.recording import import_log, import_steady, import_sysid, write
+    from jaxmotor.recording import as_options, import_log, import_steady, import_sysid, write
 
     if source == "sysid":
-        recording = import_sysid(log, units=units, motor=motor, wheel_radius_m=wheel_radius)
+        recording = as_options(import_sysid)(log, units=units, motor=motor, wheel_radius_m=wheel_radius)
     elif steady is not None:
-        recording = import_steady(log, wheel_radius_m=wheel_radius, **steady_s, **given)
+        recording = as_options(import_steady)(log, wheel_radius_m=wheel_radius, **steady_s, **given)
     else:
-        recording = import_log(log, wheel_radius_m=wheel_radius, **given)
+        recording = as_options(import_log)(log, wheel_radius_m=wheel_radius, **given)
     write(recording, output)
     typer.echo(_summary(recording, output))
 

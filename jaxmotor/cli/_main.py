@@ -54,13 +54,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         build()(args=arguments, prog_name="jaxmotor")
     except SystemExit as end:
+        if end.code == INTERRUPTED:
+            return _interrupted()
         return end.code if isinstance(end.code, int) else BAD_USAGE if end.code else DONE
     except JaxmotorError as error:
         print(f"jaxmotor: {error}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print("jaxmotor: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return _interrupted()
     except BrokenPipeError:
         # Whoever read our output has left; say nothing more, not even at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -88,3 +89,8 @@ def _options(
 
         typer.echo(f"jaxmotor {jaxmotor.__version__}")
         raise typer.Exit
+
+
+def _interrupted() -> int:
+    print("jaxmotor: interrupted", file=sys.stderr)
+    return INTERRUPTED

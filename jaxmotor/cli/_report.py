@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from jaxmotor._sentences import printable
-from jaxmotor.cli._recordings import opened
+from jaxmotor.cli._recordings import LONGER, opened, stage
 
 
 def report_command(
@@ -20,22 +20,21 @@ def report_command(
     ] = False,
 ) -> None:
     """Tell the story of a recording, or of a fleet's results, in one HTML page that needs nothing else."""
-    from jaxmotor.cli._folder import make_folder
+    from jaxmotor.cli._folder import made_folder
 
     if source.suffix == ".parquet":
         from jaxmotor.present.report import write_fleet_page
 
-        make_folder(output)
-        typer.echo(printable(f"wrote {write_fleet_page(source, output)}"))
+        with made_folder(output):
+            typer.echo(printable(f"wrote {write_fleet_page(source, output)}"))
         return
-    with opened(source, threads=True) as (recording, tell):
-        make_folder(output)
+    with made_folder(output), opened(source, threads=True, lasts=LONGER) as (recording, tell):
         from jaxmotor.cli._kept import DEFAULT, kept_diagnosis
         from jaxmotor.present.report import story, write_report
 
         kept = None if anew else kept_diagnosis(recording, {"seed": seed, **DEFAULT})
         diagnosis = None if kept is None else kept[0]
-        found = story(recording, seed=seed, diagnosis=diagnosis, on_progress=lambda now: tell(now.stage))
+        found = story(recording, seed=seed, diagnosis=diagnosis, on_progress=lambda now: tell(stage(now)))
         tell("drawing the page")
         path = write_report(found, source, output)
     if kept is not None:

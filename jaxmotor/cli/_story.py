@@ -21,6 +21,7 @@ from jaxmotor.text import (
     scored,
     seen_in,
     sentence,
+    voltage,
     with_error,
 )
 from jaxmotor.validation import Interval
@@ -60,8 +61,8 @@ def _wrong(diagnosis: Diagnosis) -> list[str]:
     missing = diagnosis.missing
     if not math.isfinite(missing.rms_V):
         return []
-    size_mV = f"{1e3 * missing.rms_V:.3g} mV rms at the motor"
-    residual = f"the residual voltage of the linear model is {size_mV}{of_rounding(missing)}"
+    size = f"{voltage(missing.rms_V)} rms at the motor"
+    residual = f"the residual voltage of the linear model is {size}{of_rounding(missing)}"
     if diagnosis.verdict == "complete" or diagnosis.undecided:
         return [residual, nothing_left()]
     most = MOST if diagnosis.verdict == "unexplained" else MOST - 1

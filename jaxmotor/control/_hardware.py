@@ -3,7 +3,7 @@
 import dataclasses
 import math
 
-from jaxmotor._arguments import check_positive
+from jaxmotor._arguments import check_number, check_positive, check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate import AnyModel, ModelRig, model_of
 
@@ -36,6 +36,8 @@ class Hardware:
             raise JaxmotorError(
                 f"period_s = {self.period_s:g} is longer than {LONGEST_PERIOD_S:g} s; is it in seconds?"
             )
+        check_whole("full_scale", self.full_scale)
+        check_number("delay_s", self.delay_s)
         if not 1 <= self.full_scale <= MOST_FULL_SCALE:
             raise JaxmotorError(
                 f"full_scale = {self.full_scale} is not from 1 to {MOST_FULL_SCALE}; it is the largest duty"

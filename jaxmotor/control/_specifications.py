@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from jaxmotor._arguments import check_number
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.control._closed import largest
 from jaxmotor.control._feed_forward import COMPENSATED
@@ -18,6 +19,9 @@ TINY = 1e-3
 
 def check_specifications(bandwidth_Hz: float | None, overshoot_percent: float, hardware: Hardware) -> None:
     """**Raises:** `JaxmotorError` for a bandwidth or an overshoot that no loop has."""
+    for name, value in (("the bandwidth", bandwidth_Hz), ("the overshoot", overshoot_percent)):
+        if value is not None or name == "the overshoot":
+            check_number(name, value)
     if bandwidth_Hz is not None and not 0 < bandwidth_Hz < 0.5 / hardware.period_s:
         raise JaxmotorError(
             f"a bandwidth of {bandwidth_Hz:g} Hz is not between 0 and half the sampling rate of "

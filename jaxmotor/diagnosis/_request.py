@@ -34,7 +34,7 @@ class Request:
         exclude: Asked = (),
         on_progress: Callable[[Progress], object] | None = None,
     ):
-        """**Raises:** `JaxmotorError` for a name that is no effect, or a class that is none."""
+        """**Raises:** `JaxmotorError` for what is no effect, and where `exclude` leaves none of those asked for."""
         asked, left_out = _each(effects), _each(exclude)
         self.known = {**vocabulary(), **_own(asked)}
         """The effects' classes by name."""
@@ -42,6 +42,8 @@ class Request:
             check_relations(effect, self.known)
         chosen = self.known if effects is None else _names(asked, self.known)
         self.effects = frozenset(chosen) - set(_names(left_out, {**self.known, **_own(left_out)}))
+        if chosen and not self.effects:
+            raise JaxmotorError("no effect is left to look for: exclude names all of them; exclude fewer")
         if on_progress is not None and not callable(on_progress):
             raise JaxmotorError(f"on_progress is {shown(on_progress)}; give a function of a Progress")
         self._on_progress, self._lock = on_progress, threading.Lock()

@@ -49,7 +49,7 @@ def study_of(
     moving = tuple(
         index for index, segment in enumerate(recording.segments) if segment.kind != "rest" and len(segment) >= 2
     )
-    shape = PADDED._replace(batch=_sequences([len(recording.segments[k]) for k in moving]))
+    shape = PADDED._replace(sequences=_sequences([len(recording.segments[k]) for k in moving]))
     packed = pack(recording, moving, shape, timed, noise=noise)
     packed = without_transients(recording, packed)
     trial = trial_of(recording, packed, pole)

@@ -22,6 +22,7 @@ from jaxmotor.diagnosis._free import OWN, with_effect, without_effect
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import DAMPING, Fitted, Solver, square_of
 from jaxmotor.diagnosis._study import Study, study_of
+from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._visited import FAR
 from jaxmotor.estimate import UNSURE, SpeedAverage
 from jaxmotor.motor import Motor
@@ -34,8 +35,6 @@ from jaxmotor.motor.effects import (
 )
 from jaxmotor.recording import Recording
 
-ROWS = (1.5, 5.0, 12.0)
-"""Windows from which the best one is sought."""
 LONGEST_ROWS = 20
 """Rows after the begin of a piece in motion that do not count: windows may begin before it."""
 KEPT = 2 / 3
@@ -55,9 +54,9 @@ def beside_window(
     """`recording`, whose speeds are means over a window that is not stated, and its `linear` motor with the window that
     leaves least: sought from the `known` one, or from several."""
     study = _unstated(recording, linear, request)
-    period_s = float(np.median(study.packed.durations))
-    lengths = [rows * period_s for rows in ROWS] if known is None else [known.length_s]
-    fits = [_fitted(study, linear, length) for length in lengths]
+    rig = rig_of(study.recording, study.trial)
+    lengths = [known.length_s] if known is not None else [start.length_s for start in SpeedWindow.starts(rig)]
+    fits = [_fitted(study, linear, float(length)) for length in lengths]
     return study, min(fits, key=lambda one: one.chi2)
 
 
@@ -82,6 +81,8 @@ def is_window(study: Study, found: Fitted) -> bool:
     per_reading = max(study.packed.observation.noise.rows_per_reading, 1.0)
 
     def cost(one: Fitted) -> float:
+        if math.isnan(one.chi2):
+            return math.inf
         number, size = len(one.residual) / per_reading, sum(map(free_size, one.template.effects))
         return number * math.log(one.chi2) + size * math.log(max(number, 1.0)) if one.chi2 > 0 else -math.inf
 

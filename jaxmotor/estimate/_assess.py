@@ -143,9 +143,11 @@ def _strongest(errors: Uncertainty) -> tuple[float, np.ndarray]:
 
 
 def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The covariance `one`, its variances raised to those of `other`."""
-    raised = np.sqrt(np.maximum(np.diag(other) / np.maximum(np.diag(one), 1e-300), 1.0))
-    return np.where(np.diag(one).min() > 0, one * np.outer(raised, raised), other)
+    """The covariance `one`, its variances raised to those of `other`; `other` where `one` has a variance of none."""
+    if not np.diag(one).min() > 0:
+        return other
+    raised = np.sqrt(np.maximum(np.diag(other) / np.diag(one), 1.0))
+    return one * np.outer(raised, raised)
 
 
 def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, pole_share: float) -> None:

@@ -75,6 +75,7 @@ class Fit(Shown, Assessment):
             self.source,
             response=self.frequency_response,
             rig=self.rig,
+            offset_error_V=self.offset_standard_error_V,
         )
 
     def _title(self) -> str:

@@ -4,7 +4,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float
 
-from jaxmotor.motor import AbstractLinearMotor, mean_speed_response, speed_response
+from jaxmotor.motor import AbstractLinearMotor, mean_speed_response, readable, speed_response
 
 
 class FrequencyResponse(eqx.Module):
@@ -21,6 +21,8 @@ class FrequencyResponse(eqx.Module):
     window_s: float | None = eqx.field(static=True, default=None)
     """None: V(z), the mean speed over the tick in which the voltage is held, what counts give. Else the mean over
     this long before the tick, 0 being the speed at the tick."""
+
+    __repr__ = readable
 
     @property
     def standard_error(self) -> Float[Array, " f"]:

@@ -77,6 +77,8 @@ def identify(
     check_choice("method", method, get_args(METHODS))
     check_choice("model", model, get_args(ORDERS))
     check_whole("seed", seed)
+    if method == "paper" and model == "second":
+        raise JaxmotorError("the paper's method is of first order; leave method paper or model second out")
     prepared = prepare(recording, hold_out, few_shapes=True)
     fitted, held_out, packed, notes = prepared.fitted, prepared.held_out, prepared.packed, list(prepared.notes)
     problem = as_problem(packed)

@@ -62,6 +62,8 @@ class Model(Shown):
     """How sure the parameters are together, those of `effects` included; None: each by itself."""
     rig: ModelRig = UNKNOWN_RIG
     """Its encoder, supply and duties; exports take these where they are given no others."""
+    offset_error_V: float = math.nan
+    """Standard error of `offset_V`; NaN where it is not known."""
 
     @property
     @in_float64
@@ -81,5 +83,5 @@ class Model(Shown):
 
     def _rows(self) -> tuple[Row, ...]:
         linear = linear_rows(self.motor, np.sqrt(np.maximum(np.diag(self.covariance), 0.0)).tolist())
-        offset = [Row("voltage_offset", self.offset_V, math.nan, "V")] if self.offset_V else []
+        offset = [Row("voltage_offset", self.offset_V, self.offset_error_V, "V")] if self.offset_V else []
         return (*linear, *offset, *effect_rows(self.effects, self.effect_errors))

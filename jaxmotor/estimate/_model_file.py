@@ -8,6 +8,7 @@ their parameters are together with the linear ones.
 import contextlib
 import dataclasses
 import json
+import math
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any, Protocol, runtime_checkable
 import jax
 import numpy as np
 
-from jaxmotor._arguments import taken
+from jaxmotor._arguments import path_of, taken
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import read_bytes
 from jaxmotor._precision import in_float64, to_jax, to_numpy
@@ -38,6 +39,7 @@ MAX_TEXT = 1000
 """Characters of a name."""
 KEYS = ("gain_rad_s_V", "pole_rad_s", "electrical_time_constant_s")
 SHARE = "viscous_share"
+OFFSET = "voltage_offset_V"
 JOINT = "joint_covariance"
 
 
@@ -65,8 +67,8 @@ def to_json(fit: Fit) -> dict[str, Any]:
         "format": FORMAT,
         "recording": Path(fit.source).name,
         "method": fit.method,
-        "model": linear_to_json(fit.motor) | {"voltage_offset_V": fit.offset_V},
-        "standard_error": linear_to_json(fit.standard_error) | {"voltage_offset_V": fit.offset_standard_error_V},
+        "model": linear_to_json(fit.motor) | {OFFSET: fit.offset_V},
+        "standard_error": linear_to_json(fit.standard_error) | {OFFSET: fit.offset_standard_error_V},
         "covariance": fit.covariance.tolist(),
         **open_to_json(fit.open_hypotheses, fit.allowed),
         "fit_percent": fit.fit_percent,
@@ -93,12 +95,13 @@ def model_to_json(model: Model) -> dict[str, Any]:
     The linear part's standard errors are those of its covariance.
     """
     errors = np.sqrt(np.maximum(np.diag(model.covariance), 0.0)).tolist()
-    others = {"voltage_offset_V": model.offset_V} | ({SHARE: model.viscous_share} if model.viscous_share else {})
+    offset_error = {OFFSET: model.offset_error_V} if math.isfinite(model.offset_error_V) else {}
+    others = {OFFSET: model.offset_V} | ({SHARE: model.viscous_share} if model.viscous_share else {})
     return {
         "format": FORMAT,
         "recording": model.recording,
         "model": linear_to_json(model.motor) | others,
-        "standard_error": dict(zip(KEYS, errors, strict=False)),
+        "standard_error": dict(zip(KEYS, errors, strict=False)) | offset_error,
         "covariance": model.covariance.tolist(),
         "effects": effects_to_json(model.effects, model.effect_errors),
         **({} if model.joint is None else {JOINT: joint_to_json(model.joint)}),
@@ -133,7 +136,7 @@ def read_model(path: str | os.PathLike[str]) -> Model:
 
     **Raises:** `JaxmotorError` where the file is missing, is not JSON, or is not a model of format 1.
     """
-    path = Path(path)
+    path = path_of(path, "the path of a model file")
     content = _load(path)
     version = content.get("format")
     if version != FORMAT:
@@ -160,7 +163,7 @@ def read_model(path: str | os.PathLike[str]) -> Model:
     return Model(
         linear_motor(linear),
         covariance,
-        _number(path, values, "voltage_offset_V") if "voltage_offset_V" in values else 0.0,
+        _number(path, values, OFFSET) if OFFSET in values else 0.0,
         _known(path, content, "period_s"),
         _text(path, content, "recording"),
         frozenset(_fingerprints(path, content)),
@@ -171,7 +174,15 @@ def read_model(path: str | os.PathLike[str]) -> Model:
         share,
         joint,
         ModelRig(*(_known(path, content, key) for key in ModelRig._fields)),
+        _offset_error(content),
     )
+
+
+def _offset_error(content: dict[str, Any]) -> float:
+    """Standard error of the voltage offset [V]; NaN where the file does not hold it."""
+    errors = content.get("standard_error")
+    error = errors.get(OFFSET) if isinstance(errors, dict) else None
+    return float(error) if isinstance(error, float | int) else math.nan
 
 
 @contextlib.contextmanager

@@ -6,6 +6,9 @@ import jax.numpy as jnp
 import optimistix as optx
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxmotor._arguments import taken
+from jaxmotor._errors import JaxmotorError
+from jaxmotor._sentences import shown
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._sine_fit import linear_start
 from jaxmotor.motor import AbstractLinearMotor, FirstOrder, SecondOrder, phasor
@@ -28,13 +31,22 @@ class ResponseFit(eqx.Module):
     """The solver ended by itself, and the gradient has vanished."""
 
 
-@eqx.filter_jit
 def fit_response(measured: FrequencyResponse, order: int = 1) -> ResponseFit:
     """Least squares of `measured` minus the exact response of a motor of `order` 1 or 2, weighted by its covariance.
 
     Needs at least as many numbers (two per frequency) as parameters. The start is linear least squares; a second order
     starts from a slow and from a fast electrical part, and the better end is kept.
+
+    **Raises:** `JaxmotorError` where `measured` is no response, or `order` another.
     """
+    taken(measured, FrequencyResponse, "a FrequencyResponse (such as the frequency_response of a Fit)")
+    if order not in (1, 2):
+        raise JaxmotorError(f"order is {shown(order)}; a motor is of order 1 or 2")
+    return _fit_response(measured, order)
+
+
+@eqx.filter_jit
+def _fit_response(measured: FrequencyResponse, order: int) -> ResponseFit:
     every = jnp.ones(measured.frequency_Hz.shape, bool)
     logs, sign = _start(measured, every)
     if order == 1:

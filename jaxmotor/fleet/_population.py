@@ -130,8 +130,8 @@ def population(results: dict[str, np.ndarray], names: tuple[str, ...] = ("gain_r
     values, errors = values[whole], errors[whole]
     if len(values) < LEAST * len(names):
         raise JaxmotorError(
-            f"{len(values)} motors with {' and '.join(names)} are too few to tell their spread from their errors; "
-            f"it takes {LEAST * len(names)}"
+            f"{len(values)} motors with {' and '.join(map(_plain, names))} are too few to tell their spread from "
+            f"their errors; it takes {LEAST * len(names)}"
         )
     covariances = errors[:, :, None] * errors[:, None, :] * np.eye(len(names))
     if names[:2] == ("gain_rad_s_V", "pole_rad_s"):
@@ -140,6 +140,13 @@ def population(results: dict[str, np.ndarray], names: tuple[str, ...] = ("gain_r
     estimates = np.where(sizes, np.log(np.where(sizes, values, 1.0)), values)
     covariances = covariances / (scale[:, :, None] * scale[:, None, :])
     return population_of(names, logarithmic, tuple(map(str, results["motor"][whole])), estimates, covariances)
+
+
+def _plain(column: str) -> str:
+    """A column's name without its unit."""
+    for unit in ("_rad_s_V", "_rad_s", "_V"):
+        column = column.removesuffix(unit)
+    return column.replace("_", " ").replace("coulomb", "Coulomb")
 
 
 def population_of(

@@ -116,8 +116,10 @@ def join(parts: list[Path], path: Path, about: Mapping[str, Any]) -> None:
 def read_results(path: Path) -> dict[str, np.ndarray]:
     """The columns of a file of results, without the motors that have a problem; missing numbers are NaN, texts None.
 
-    **Raises:** `JaxmotorError` where it holds no results.
+    **Raises:** `JaxmotorError` where it holds no results, or is not there.
     """
+    if not path.is_file():
+        raise JaxmotorError(f"{path}: is not a file; give the results of `jaxmotor fleet`")
     if read_about(path) is None:
         raise JaxmotorError(f"{path}: holds no results of `jaxmotor fleet`; make them with it")
     table = needs("pyarrow.parquet").read_table(path)

@@ -105,7 +105,7 @@ class Piece(NamedTuple):
 class Padding(NamedTuple):
     """Shapes that are rounded up to few: simulations stop after the rows in use, but means over windows do not."""
 
-    batch: int
+    sequences: int
     rows: int
     """The fewest; more are 2^k or 1.5 2^k."""
     pieces: int
@@ -136,8 +136,10 @@ def pack(
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
     if rest_before:
         pieces = [piece._replace(rest=_driven_at_once(recording, piece)) for piece in pieces]
-    sequence_of, start_of, length = _place([_size(piece) for piece in pieces], padding.batch if padding else None)
-    shape = (padding.batch, max(padding.rows, bucket(length))) if padding else (max(sequence_of) + 1, bucket(length))
+    sequence_of, start_of, length = _place([_size(piece) for piece in pieces], padding.sequences if padding else None)
+    shape = (
+        (padding.sequences, max(padding.rows, bucket(length))) if padding else (max(sequence_of) + 1, bucket(length))
+    )
     number_of_pieces = max(_power_of_two(len(pieces)), padding.pieces if padding else 1)
     blocks, number_of_blocks = _blocks(pieces)
     clusters = _power_of_two(number_of_blocks)

@@ -1,5 +1,7 @@
 """One held-out segment, and one closed loop, before and after the model was extended."""
 
+import math
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -53,12 +55,18 @@ def loop_before_after(gain: LoopGain, *, axes: OnAxes = None) -> Figure:
 
 
 def best_gain(diagnosis: Diagnosis) -> tuple[Trace, Trace]:
-    """The traces, linear and extended, of the held-out segment whose mean squared error fell most; of the fitted ones
-    where none was held out."""
+    """The traces, linear and extended, of the held-out segment whose squared error fell most, in proportion; of the
+    fitted ones where none was held out. Where the shaft turns, if it does anywhere: a fit is of a speed that changes."""
     scores = diagnosis.held_out if diagnosis.held_out.traces_before else diagnosis.whole
     pairs = list(zip(scores.traces_before, scores.traces_after, strict=True))
-    gains = [float(np.mean(_gain(*pair))) for pair in pairs]
-    return pairs[int(np.argmax(gains))]
+    turning = [pair for pair in pairs if math.isfinite(fit_percent(pair[:1]))] or pairs
+    return max(turning, key=lambda pair: squared_error_fall(*pair))
+
+
+def squared_error_fall(before: Trace, after: Trace) -> float:
+    """Part [1] of the linear motor's squared error that the extended one does not have."""
+    error = float(np.sum(before.residual_rad_s**2))
+    return float(np.sum(_gain(before, after))) / error if error > 0 else 0.0
 
 
 def _gain(before: Trace, after: Trace) -> np.ndarray:

@@ -8,13 +8,14 @@ from matplotlib.figure import Figure
 
 from jaxmotor._files import write_text
 from jaxmotor.diagnosis import Diagnosis, extended_model
-from jaxmotor.estimate import Fit, model_to_json, to_json
+from jaxmotor.estimate import Fit, Model, model_to_json, to_json
 from jaxmotor.present._before_after import before_after
 from jaxmotor.present._bode import bode, bode_models
 from jaxmotor.present._causes import causes, probabilities
 from jaxmotor.present._fit import residuals, simulation
 from jaxmotor.present._learned import learned
 from jaxmotor.present._missing import missing
+from jaxmotor.present._overview import overview
 from jaxmotor.present._save import save
 from jaxmotor.present._sine import position_drift, sine_fit
 from jaxmotor.present._validation import controller, step_trials
@@ -96,8 +97,12 @@ def picture(result: object) -> Figure | None:
     """The one figure of `result` that tells most; None where it has none."""
     if isinstance(result, Fit):
         return simulation(result)
+    if isinstance(result, Recording):
+        return overview(result)
     if isinstance(result, Diagnosis):
         return missing(result) if len(result.missing.volts) else None
+    if isinstance(result, Model):
+        return None if result.response is None else bode(result.response)
     loop = result.open_loop if isinstance(result, Validation) else None
     return None if loop is None else simulation(loop)
 

@@ -20,6 +20,7 @@ from matplotlib.font_manager import findfont, get_font
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor._kinds import of_kinds
 
 P = ParamSpec("P")
 
@@ -105,12 +106,17 @@ def _measuring(dpi: float) -> RendererAgg:
 
 
 def styled(function: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Run `function` with `STYLE` over matplotlib's own defaults; the program's settings are as before after it."""
+    """Run `function` with `STYLE` over matplotlib's own defaults; the program's settings are as before after it.
+
+    **Raises:** `JaxmotorError` for arguments that are not of the kinds that it states.
+    """
+
+    checked = of_kinds(function)
 
     @functools.wraps(function)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> Figure:
         with matplotlib.style.context(STYLE, after_reset=True):
-            figure = function(*args, **kwargs)
+            figure = checked(*args, **kwargs)
             if isinstance(figure, OwnFigure):
                 _settle(figure)
             return figure

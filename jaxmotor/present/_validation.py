@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor._kinds import of_kinds
 from jaxmotor.present._style import (
     BAND,
     BLACK,
@@ -122,6 +123,7 @@ def closed_loop(
     return figure
 
 
+@of_kinds
 def step_trials(trials: StepTrials, *, axes: OnAxes = None) -> Figure:
     """The mean of the trials of one step with its band, beside the model (Fig. 10)."""
     number = trials.trials
@@ -136,6 +138,7 @@ def step_trials(trials: StepTrials, *, axes: OnAxes = None) -> Figure:
     )
 
 
+@of_kinds
 def controller(loop: ClosedLoop, *, axes: OnAxes = None) -> Figure:
     """Speed and control effort of a closed loop, beside the model's (Fig. 12)."""
     gain = f"k = {loop.gain_V_s_rad:.3g} V s/rad"

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from jaxmotor._arguments import check_positive
 from jaxmotor._precision import in_float64
 from jaxmotor.motor import AbstractLinearMotor, FirstOrder, mean_speed_response, to_complex, zoh_factor
 from jaxmotor.present._style import EXACT, GREY, PAPER, REFERENCE, OnAxes, frequency_axis, legend_above, panels, styled
@@ -20,6 +21,7 @@ def zoh_bode(period_s: float | int, motor: AbstractLinearMotor | None = None, *,
     The exact curve is z⁻¹V(z)/G(jω): the hold *and* the count difference that the speed is read from. It depends
     little on the motor; without one, it is drawn for a pole of 0.2/T.
     """
+    check_positive("period_s", period_s)
     given = FirstOrder(jnp.asarray(1.0), jnp.asarray(0.2 / period_s)) if motor is None else motor
     given = jax.tree.map(jnp.asarray, given)
     rate = 1 / period_s

@@ -19,6 +19,7 @@ from jaxmotor.recording._join import join as join
 from jaxmotor.recording._jumps import check_jumps as check_jumps
 from jaxmotor.recording._log_unit import LogUnit as LogUnit
 from jaxmotor.recording._log_unit import log_unit as log_unit
+from jaxmotor.recording._own_words import as_options as as_options
 from jaxmotor.recording._ranges import ranges as ranges
 from jaxmotor.recording._read import read as read
 from jaxmotor.recording._read import recording_of as recording_of

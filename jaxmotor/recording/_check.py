@@ -1,12 +1,14 @@
 """What the data themselves tell: errors for the impossible, warnings for what weakens an estimate."""
 
 import functools
+import os
 from fractions import Fraction
 
 import numpy as np
 
 from jaxmotor.recording._jumps import check_jumps
 from jaxmotor.recording._ranges import ranges
+from jaxmotor.recording._read import recording_of
 from jaxmotor.recording._recording import Recording, RecordingError, Segment, mean_speeds
 from jaxmotor.recording._supply import begins_at_V, logs_supply
 
@@ -17,12 +19,14 @@ CALIBRATION = 0.02
 PERIODIC = ("sine", "multisine", "chirp")
 
 
-def check(recording: Recording) -> tuple[str, ...]:
-    """Warnings, one sentence each and without the file's name, about what weakens an estimate from `recording`.
+def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
+    """Warnings, one sentence each and without the file's name, about what weakens an estimate from `recording`,
+    which may be the path of its file.
 
     **Raises:** `RecordingError` where no estimate is possible: input or output never change, the count jumps by
     more than the motor could move, a sine without frequency or above the Nyquist frequency.
     """
+    recording = recording_of(recording)
     check_input(recording)
     check_output(recording)
     check_sines(recording)

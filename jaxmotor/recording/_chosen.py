@@ -1,7 +1,7 @@
 """Segments that people name: by number, by range, by kind."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -17,19 +17,19 @@ def chosen_segments(recording: Recording, which: Which | None) -> tuple[int, ...
 
     **Raises:** `RecordingError` for a number or kind that the recording lacks, and for what names none.
     """
-    parts = [which] if isinstance(which, str) or not isinstance(which, Iterable) else which
+    parts = [which] if isinstance(which, str | bytes | Mapping) or not isinstance(which, Iterable) else which
     return tuple(sorted({index for part in parts if part is not None for index in _chosen(recording, part)}))
 
 
 def names_segments(text: str) -> bool:
-    """`text` is made of numbers, ranges and kinds, whatever recording has them."""
+    """`text` is made of one or more numbers, ranges and kinds, whatever recording has them."""
     parts = [part.strip() for part in text.split(",") if part.strip()]
-    return all(part in KINDS or re.fullmatch(NUMBERS, part) for part in parts)
+    return bool(parts) and all(part in KINDS or re.fullmatch(NUMBERS, part) for part in parts)
 
 
 def _chosen(recording: Recording, part: object) -> Iterable[int]:
     number = len(recording.segments)
-    if isinstance(part, str) and "," in part:
+    if isinstance(part, str) and "," in part and part.strip(", "):
         return chosen_segments(recording, [piece for piece in part.split(",") if piece.strip()])
     text = str(part).strip() if isinstance(part, str | int | np.integer) and not isinstance(part, bool) else "no number"
     if text in KINDS:

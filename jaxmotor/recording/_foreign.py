@@ -4,12 +4,15 @@ import dataclasses
 import itertools
 import os
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
+from jaxmotor._arguments import check_choice, check_text, check_whole, is_number, path_of
+from jaxmotor._sentences import shown
 from jaxmotor.recording._check import lost_ticks
 from jaxmotor.recording._log import Log, assemble
+from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._supply import supplied
@@ -17,6 +20,8 @@ from jaxmotor.recording._table import Table, read_table
 from jaxmotor.recording._text import about_log
 from jaxmotor.recording._units import Input, Scale, positive, split_input, split_time, split_unit
 
+Drive = Literal["brake", "coast"]
+Acts = Literal["after", "before"]
 MAX_LABELS = 10_000
 FINEST_DUTY = 9
 """Decimals to which fractions of the supply are kept as whole duties."""
@@ -24,6 +29,7 @@ UNKNOWN_V = 1.0
 """Stands for a supply that is not known, so that volts are shares of it."""
 
 
+@in_own_words
 def import_log(
     path: str | os.PathLike[str] | Table,
     *,
@@ -41,8 +47,8 @@ def import_log(
     counts_per_rev: float | int | None = None,
     speed_window_s: float | int | None = None,
     wheel_radius_m: float | int | None = None,
-    drive: Literal["brake", "coast"] | None = None,
-    input_acts: Literal["after", "before"] = "after",
+    drive: Drive | None = None,
+    input_acts: Acts = "after",
     columns: str | None = None,
     drop_first: int = 0,
     decimal_comma: bool = False,
@@ -67,13 +73,18 @@ def import_log(
 
     **Raises:** `RecordingError`.
     """
+    stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "pulses": pulses}
+    stated |= {"wrap": None if wrap is None else str(wrap), "segment": segment, "supply": supply, "columns": columns}
+    path = path if isinstance(path, Table) else path_of(path, "the path of a log")
+    check_stated(drive, drop_first, **stated)
+    check_choice("--input-acts", input_acts, get_args(Acts))
     shaft = Shaft(speed, angle, count, pulses, wrap)
     shaft.check()
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
-    supply_V, speed_window_s = positive(supply_V, "--supply"), _window(speed_window_s)
+    supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
     if supply_unknown and (supply_V is not None or supply is not None):
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
-    table = path if isinstance(path, Table) else _opened(Path(path), columns, drop_first, decimal_comma)
+    table = path if isinstance(path, Table) else _opened(path, columns, drop_first, decimal_comma)
     names = list(table.cells)
     with about_log(table.source):
         table, bounds, labels = _segments(table, segment, drop_first)
@@ -86,8 +97,6 @@ def import_log(
         log, bounds = _read_log(
             table, bounds, stamps, stated_input, shaft, scale, nominal_V, measured, input_acts == "before"
         )
-    stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "pulses": pulses}
-    stated |= {"wrap": None if wrap is None else str(wrap), "segment": segment, "supply": supply, "columns": columns}
     missing = len(table) - len(log.stamps[0])
     imported = _how(Path(table.source), input_acts, stated) | ({"missing_rows": missing} if missing else {})
     recording = assemble(
@@ -109,9 +118,17 @@ def import_log(
     return supplied(recording, scaled=supply_V is not None)
 
 
+def check_stated(drive: Any, drop_first: Any, **texts: Any) -> None:
+    """**Raises:** `JaxmotorError` for what was stated of a log and cannot be; `texts` are columns, or not stated."""
+    for name, text in texts.items():
+        if text is not None:
+            check_text(f"--{'supply-column' if name == 'supply' else name}", text)
+    if drive is not None:
+        check_choice("--drive", drive, get_args(Drive))
+    check_whole("--drop-first", drop_first)
+
+
 def _opened(path: Path, columns: str | None, drop_first: int, decimal_comma: bool) -> Table:
-    if drop_first < 0:
-        raise RecordingError(f"--drop-first is {drop_first}; it is a number of rows")
     return read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma)
 
 
@@ -130,9 +147,9 @@ def _how(path: Path, input_acts: str, stated: dict[str, str | None]) -> dict[str
     return {"log": path.name} | acts | {key: value for key, value in stated.items() if value is not None}
 
 
-def _window(value: float | int | None) -> float | None:
-    if value is not None and not 0 <= value < np.inf:
-        raise RecordingError(f"--speed-window is {value}; give seconds, 0 for an instantaneous speed")
+def window_of(value: float | int | None) -> float | None:
+    if value is not None and not (is_number(value) and 0 <= value < np.inf):
+        raise RecordingError(f"--speed-window is {shown(value)}; give seconds, 0 for an instantaneous speed")
     return None if value is None else float(value)
 
 

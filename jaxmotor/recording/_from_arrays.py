@@ -2,24 +2,28 @@
 
 import contextlib
 import dataclasses
-import re
+import inspect
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
-from jaxmotor._arguments import taken
+from jaxmotor._arguments import check_text, is_number, taken
+from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import one_of, sentence, shown
-from jaxmotor.recording._foreign import import_log
+from jaxmotor.recording._foreign import Acts, Drive, import_log
 from jaxmotor.recording._from_columns import header_of
+from jaxmotor.recording._own_words import as_options, in_own_words, of_arguments
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._table import Table
+from jaxmotor.recording._units import positive
 
 Column = Any
 """Numbers of one segment, or a list with those of each."""
 COLUMNS = ("volts", "duty", "counts", "angle_rad", "speed_rad_s", "supply_V")
 
 
+@in_own_words
 def from_arrays(
     *,
     time_s: Column,
@@ -33,8 +37,8 @@ def from_arrays(
     duty_full_scale: float | int | None = None,
     counts_per_rev: float | int | None = None,
     speed_window_s: float | int | None = None,
-    drive: Literal["brake", "coast"] | None = None,
-    input_acts: Literal["after", "before"] = "after",
+    drive: Drive | None = None,
+    input_acts: Acts = "after",
     kind: str | Sequence[str] = "other",
     at_rest: bool | Sequence[bool] | None = None,
     parameters: dict[str, Any] | Sequence[dict[str, Any]] | None = None,
@@ -50,11 +54,14 @@ def from_arrays(
 
     **Raises:** `RecordingError`, as `import_log`; rows in messages are counted from 1 over all segments.
     """
+    check_text("name", name)
+    duty_full_scale = positive(duty_full_scale, "duty_full_scale")
+    supply = float(supply_V) if is_number(supply_V) else None
     table = _table(
         name,
         {
             **{"time_s": time_s, "volts": volts, "duty": duty, "counts": counts, "angle_rad": angle_rad},
-            **{"speed_rad_s": speed_rad_s, "supply_V": None if isinstance(supply_V, float | int) else supply_V},
+            **{"speed_rad_s": speed_rad_s, "supply_V": supply_V if supply is None else None},
         },
     )
     has = table.cells.keys()
@@ -66,7 +73,7 @@ def from_arrays(
         del own["parameters"]
     header_of({"drive": drive or "brake", "segment": header}, f"{name}, as a header")
     with _in_own_words(name):
-        recording = import_log(
+        recording = as_options(import_log)(
             table,
             time="time_s",
             input="volts:V" if "volts" in has else f"duty:duty:{duty_full_scale}",
@@ -75,7 +82,7 @@ def from_arrays(
             count="counts" if "counts" in has else None,
             segment="segment",
             supply="supply_V:V" if "supply_V" in has else None,
-            supply_V=supply_V if isinstance(supply_V, float | int) else None,
+            supply_V=supply,
             supply_unknown=supply_unknown,
             counts_per_rev=counts_per_rev,
             speed_window_s=speed_window_s,
@@ -101,6 +108,10 @@ def from_dataframe(
     names = [str(one) for one in getattr(frame, "columns", ())]
     if not names:
         raise RecordingError(f"{type(frame).__name__} is no data frame; give one with columns, or use from_arrays")
+    for key in columns:
+        if key not in inspect.signature(from_arrays).parameters:
+            known = f"name a column as {', '.join(COLUMNS)}, or give what else from_arrays takes"
+            raise RecordingError(f"{name}: {shown(key)} is not known; {known}")
     wanted = [key for key in COLUMNS if isinstance(columns.get(key), str)]
     for column in (time_s, segment, *(columns[key] for key in wanted)):
         if column is not None and column not in names:
@@ -127,8 +138,10 @@ def _in_own_words(name: str) -> Iterator[None]:
     """Errors inside speak of arguments and rows, not of options and lines."""
     try:
         yield
-    except RecordingError as error:
-        text = re.sub("--([a-z-]+)", lambda flag: flag[1].replace("-", "_"), str(error))
+    except JaxmotorError as error:
+        text = of_arguments(
+            str(error), angle="angle_rad", count="counts", speed="speed_rad_s", supply_column="supply_V"
+        )
         raise RecordingError(text.replace(f"{name}, line ", f"{name}, row ", 1)) from None
 
 
@@ -148,10 +161,12 @@ def _table(name: str, columns: Mapping[str, Column]) -> Table:
     for key, shapes in sizes.items():
         if any(piece.dtype.kind not in "iuf" for piece in pieces[key]):
             raise RecordingError(f"{name}: {key} holds {pieces[key][0].dtype}, not numbers; give floats or integers")
-        if shapes != sizes["time_s"] or any(len(shape) != 1 or shape[0] == 0 for shape in shapes):
+        if wrong := [shape for shape in shapes if len(shape) != 1 or 0 in shape]:
+            has = "no rows" if 0 in wrong[0] else f"{len(wrong[0])} dimensions" if wrong[0] else "one number only"
+            raise RecordingError(f"{name}: {key} has {has}; give arrays (n,) of one length")
+        if shapes != sizes["time_s"]:
             given, time = (
-                sentence(", ".join(" by ".join(map(str, shape)) for shape in one), 60)
-                for one in (shapes, sizes["time_s"])
+                sentence(", ".join(str(shape[0]) for shape in one if shape), 60) for one in (shapes, sizes["time_s"])
             )
             raise RecordingError(f"{name}: {key} has {given} rows, time_s {time}; give arrays (n,) of one length")
     cells = {key: [cell for piece in its for cell in piece.astype(str).tolist()] for key, its in pieces.items()}
@@ -160,8 +175,11 @@ def _table(name: str, columns: Mapping[str, Column]) -> Table:
 
 
 def _pieces(value: Column) -> list[np.ndarray]:
-    several = isinstance(value, list | tuple) and len(value) > 0 and np.ndim(value[0]) > 0
-    return [np.asarray(piece) for piece in (value if several else [value])]
+    try:
+        several = isinstance(value, list | tuple) and len(value) > 0 and np.ndim(value[0]) > 0
+        return [np.asarray(piece) for piece in (value if several else [value])]
+    except ValueError:  # rows of different lengths
+        return [np.zeros(0, object)]
 
 
 def _each(key: str, stated: Any, number: int, name: str) -> list[Any]:

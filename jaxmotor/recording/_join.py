@@ -1,10 +1,13 @@
 """Several recordings of one motor on one rig as one, so that they are explained together."""
 
 import dataclasses
-from collections.abc import Sequence
+import os
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from jaxmotor._arguments import taken
+from jaxmotor.recording._read import recording_of
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._supply import supplied
 
@@ -24,14 +27,16 @@ MEANS = ("period_s", "speed_window_s", "duty_delay_s")
 """What must be stated by all or by none: it says how rows are to be read."""
 
 
-def join(recordings: Sequence[Recording]) -> Recording:
-    """`recordings`, of one motor on one rig, end to end.
+def join(recordings: Iterable[Recording | str | os.PathLike[str]]) -> Recording:
+    """`recordings`, or those in the files of these paths, of one motor on one rig, end to end.
 
     What only some of them state is taken for all, except what says how rows are to be read: the period, the window of
     speeds, the delay of duties. A pause of a second is put between them.
 
     **Raises:** `RecordingError` where they were not measured alike, or contradict each other.
     """
+    several = (recordings,) if isinstance(recordings, str) else taken(recordings, Iterable, "a list of recordings")
+    recordings = [recording_of(one) for one in several]
     if not recordings:
         raise RecordingError("there is nothing to join; name two recordings or more")
     first = recordings[0]

@@ -1,12 +1,11 @@
 """Reads formats 1 and 2: all of the file, or one sentence that says what is wrong in which line."""
 
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from jaxmotor._arguments import taken
+from jaxmotor._arguments import path_of, taken
 from jaxmotor._sentences import shown
 from jaxmotor.recording._columns import FLOATS, INTEGERS, parse_names, parse_rows
 from jaxmotor.recording._header import OWN_KEYS, OWN_SEGMENT_KEYS, Header, is_recording, parse_header
@@ -27,7 +26,7 @@ def read(path: str | os.PathLike[str]) -> Recording:
 
     **Raises:** `RecordingError` with file, line and remedy for anything that does not fit the format.
     """
-    path = Path(path)
+    path = path_of(path, "the path of a recording")
     return parse(load(path), str(path))
 
 

@@ -19,7 +19,7 @@ class RecordingError(JaxmotorError):
     """A recording that cannot be used, with file, line and remedy."""
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Segment:
     """One experiment. Row k holds what was measured at `time_s[k]`, then `volts[k]` is applied until row k+1.
 
@@ -59,6 +59,10 @@ class Segment:
 
     def __len__(self) -> int:
         return len(self.time_s)
+
+    def __repr__(self) -> str:
+        logged = [name for name in ("count", "angle_rad", "speed_rad_s") if getattr(self, name) is not None]
+        return f"Segment({self.kind!r}, start_s={self.start_s:g}, {len(self)} rows of {', '.join(logged)})"
 
     @property
     def sine_Hz(self) -> float | None:

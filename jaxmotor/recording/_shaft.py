@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
 from jaxmotor.recording._table import Table
 from jaxmotor.recording._units import Scale, angle_factor, existing, speed_factor, split_unit
@@ -39,9 +40,9 @@ class Shaft:
                 raise RecordingError("--wrap turn belongs to --angle; of a counter state its width in bits")
         elif self.count is None:
             raise RecordingError("--wrap BITS belongs to --count; of an angle within one turn say --wrap turn")
-        elif not WIDTHS[0] <= self.wrap <= WIDTHS[1]:
+        elif isinstance(self.wrap, str) or not WIDTHS[0] <= self.wrap <= WIDTHS[1]:
             raise RecordingError(
-                f"--wrap is {self.wrap}; it is the width of the counter, {WIDTHS[0]} to {WIDTHS[1]} bit"
+                f"--wrap is {shown(self.wrap)}; it is the width of the counter, {WIDTHS[0]} to {WIDTHS[1]} bit"
             )
 
     def column(self, names: list[str]) -> str:

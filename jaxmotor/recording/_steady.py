@@ -1,12 +1,12 @@
 """Brings a steady-state curve in: speeds that a motor settled at, one for each voltage."""
 
 import os
-from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
-from jaxmotor.recording._foreign import input_of
+from jaxmotor._arguments import path_of
+from jaxmotor.recording._foreign import Drive, check_stated, input_of, window_of
+from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._table import read_table
@@ -18,6 +18,7 @@ PAUSE_S = 1.0
 """Between one state and the next."""
 
 
+@in_own_words
 def import_steady(
     path: str | os.PathLike[str],
     *,
@@ -29,7 +30,7 @@ def import_steady(
     speed_window_s: float | int | None = None,
     counts_per_rev: float | int | None = None,
     wheel_radius_m: float | int | None = None,
-    drive: Literal["brake", "coast"] | None = None,
+    drive: Drive | None = None,
     columns: str | None = None,
     drop_first: int = 0,
     decimal_comma: bool = False,
@@ -43,14 +44,18 @@ def import_steady(
 
     **Raises:** `RecordingError`.
     """
+    path = path_of(path, "the path of a log")
+    check_stated(drive, drop_first, input=input, speed=speed, columns=columns)
+    window = window_of(speed_window_s)
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     period, hold = positive(period_s, "--period"), positive(hold_s, "--steady")
     supply_V = positive(supply_V, "--supply")
-    assert period is not None and hold is not None
+    if period is None or hold is None:
+        raise RecordingError("a steady state needs a --period and a --steady of seconds")
     ticks = round(hold / period) + 1
     if ticks < 3:
         raise RecordingError(f"--steady {hold:g} is less than two periods of {period:g} s; hold the states longer")
-    table = read_table(Path(path), columns=columns, drop=drop_first, decimal_comma=decimal_comma)
+    table = read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma)
     with about_log(table.source):
         names = list(table.cells)
         volts, _, _ = input_of(table, split_input(input, names), supply_V)
@@ -76,9 +81,9 @@ def import_steady(
         period_s=period,
         counts_per_rev=scale.counts_per_rev,
         supply_V=supply_V,
-        speed_window_s=None if speed_window_s is None else float(speed_window_s),
+        speed_window_s=window,
         drive=drive,
-        header={"imported": {"log": Path(path).name, "input": input, "speed": speed}},
+        header={"imported": {"log": path.name, "input": input, "speed": speed}},
     )
 
 

@@ -18,7 +18,9 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from jaxmotor._arguments import check_text, path_of
 from jaxmotor.recording._log import Log, assemble
+from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._sysid_csv import STATES, import_sysid_csv
 from jaxmotor.recording._text import limit_rows, load, text_of
@@ -37,6 +39,7 @@ _DRIVETRAIN = {"left": (1, 3, 5), "right": (2, 4, 6)}
 _OLDEST = {"left": (3, 5, 7), "right": (4, 6, 8)}
 
 
+@in_own_words
 def import_sysid(
     path: str | os.PathLike[str],
     *,
@@ -53,7 +56,10 @@ def import_sysid(
 
     **Raises:** `RecordingError`.
     """
-    path = Path(path)
+    path = path_of(path, "the path of a SysId log")
+    for option, text in (("--units", units), ("--motor", motor)):
+        if text is not None:
+            check_text(option, text)
     if path.suffix.lower() != ".json":
         return import_sysid_csv(path, units=units, motor=motor, wheel_radius_m=wheel_radius_m)
     source = str(path)

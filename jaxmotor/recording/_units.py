@@ -4,6 +4,8 @@ import dataclasses
 import math
 import re
 
+from jaxmotor._arguments import is_number
+from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
 
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -23,9 +25,9 @@ class Scale:
 
 
 def positive(value: float | int | None, flag: str) -> float | None:
-    """**Raises:** `RecordingError` where the number that the option `flag` gives is not positive."""
-    if value is not None and not 0 < value < math.inf:
-        raise RecordingError(f"{flag} is {value}; it is a positive number")
+    """**Raises:** `RecordingError` where what the option `flag` gives is no positive number."""
+    if value is not None and not (is_number(value) and 0 < value < math.inf):
+        raise RecordingError(f"{flag} is {shown(value)}; it is a positive number")
     return None if value is None else float(value)
 
 

@@ -2,11 +2,11 @@
 
 import os
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from jaxmotor._arguments import path_of, taken
 from jaxmotor._files import write_text
 from jaxmotor.recording._columns import FLOATS, INTEGERS
 from jaxmotor.recording._header import FORMAT, OWN_KEYS, OWN_SEGMENT_KEYS
@@ -25,8 +25,8 @@ def write(recording: Recording, path: str | os.PathLike[str]) -> None:
     **Raises:** `RecordingError` for a recording that could not be read back, `JaxmotorError` where the folder
     cannot be written.
     """
-    path = Path(path)
-    text = to_text(recording)
+    path = path_of(path, "a path to write to")
+    text = to_text(taken(recording, Recording, "a Recording"))
     _check_same(recording, parse(text.encode("utf-8"), str(path)), str(path))
     write_text(path, text)
 

@@ -30,6 +30,34 @@ FAMILIES = {
     "counts": "lost counts",
 }
 """Families of effects as words."""
+PARAMETERS = {
+    "volts_V": "voltage",
+    "static_volts_V": "voltage near rest",
+    "stribeck_speed_rad_s": "Stribeck speed",
+    "volts_V_s2_rad2": "voltage at 10 rad/s",
+    "cubic_1_V2": "change at 10 V",
+    "rate_per_s": "fall of the supply",
+    "cycles_per_rev": "cycles per turn",
+    "rise_ratio": "rise",
+    "change_ratio": "change",
+}
+"""Parameters whose name without its unit says too little."""
+KEYS = {"counts_per_rev": "counts per turn", "at_rest": "begins at rest", "from_V": "from", "to_V": "to"}
+"""Keys of a header that say too little as words."""
+UNITS = {
+    "_rad_s": "rad/s",
+    "_V": "V",
+    "_s": "s",
+    "_Hz": "Hz",
+    "_rad": "rad",
+    "_A": "A",
+    "_Ohm": "Ω",
+    "_H": "H",
+    "_m": "m",
+}
+"""Units at the end of a name."""
+SUFFIX = re.compile("_(?:rad_s|Hz|Ohm|rad|[AHVms])$")
+KEY = re.compile("[a-z]+(?:_[A-Za-z0-9]+)+")
 ONE_IS_LARGE = {"V", "s"}
 """Units in which larger values stay."""
 
@@ -70,12 +98,28 @@ def named(effect: str) -> str:
     return effect.replace("_", " ").replace("coulomb", "Coulomb")
 
 
+def parameter_title(name: str) -> str:
+    """A parameter's name as words, without its unit."""
+    return PARAMETERS.get(name) or named(SUFFIX.sub("", name))
+
+
+def key_title(key: str) -> str:
+    """A header's key as words, its unit in brackets. A key that is not made as jaxmotor's are stays."""
+    if not KEY.fullmatch(key):
+        return key
+    unit = SUFFIX.search(key)
+    name = KEYS.get(key) or named(SUFFIX.sub("", key))
+    return f"{name} ({UNITS[unit[0]]})" if unit else name
+
+
 def family_of(effect: AbstractEffect) -> str:
     """The effect's family as words; an unknown law where it has none."""
     return FAMILIES.get(effect.family, effect.family) or "an unknown law"
 
 
 def spoken(text: str) -> str:
-    """`text` with the names of effects as words."""
+    """`text` with the names of effects and of their parameters as words."""
     known = vocabulary()
-    return re.sub(r"[a-z]+_[a-z_]+", lambda found: named(found[0]) if found[0] in known else found[0], text)
+    titles = {name: parameter_title(name) for effect in known.values() for name in parameters(effect)}
+    titles |= {effect: named(effect) for effect in known}
+    return re.sub(r"[a-z]+(?:_[A-Za-z0-9]+)+", lambda found: titles.get(found[0], found[0]), text)

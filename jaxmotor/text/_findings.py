@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 
+from jaxmotor._numbers import voltage
 from jaxmotor.diagnosis import Dependence, Diagnosis, FoundEffect, LoopGain, MissingVolts
 from jaxmotor.estimate import Noise
 from jaxmotor.recording import ranges
@@ -41,7 +42,7 @@ def of_rounding(missing: MissingVolts) -> str:
     """The part of the residual voltage that the encoder makes, after a comma; nothing where that is not known."""
     if not math.isfinite(missing.noise_V):
         return ""
-    return f", of which the encoder's rounding makes {1e3 * missing.noise_V:.3g} mV"
+    return f", of which the encoder's rounding makes {voltage(missing.noise_V)}"
 
 
 def nothing_left() -> str:
@@ -65,7 +66,7 @@ def looks_like(diagnosis: Diagnosis) -> str | None:
     if diagnosis.named_disturbances:
         return f"something acted from outside, which is no part of the motor: {dependence.text}"
     residual = "unexplained residual" if diagnosis.effects else "residual voltage"
-    more = "no further effect" if diagnosis.effects else "no effect"
+    more = "no further effect" if any(found.is_told for found in diagnosis.effects) else "no effect"
     return f"the {residual} looks like {dependence.text}; {more} is named: this says what it depends on, not why"
 
 

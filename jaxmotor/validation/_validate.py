@@ -127,7 +127,7 @@ def _something_left(recording: Recording, plan: _Plan) -> None:
     if plan.fitted:
         raise JaxmotorError(
             f"{recording.source}: every segment that could be scored was fitted, so nothing is left to validate on; "
-            "hold some out (jaxmotor identify --hold-out), or validate on another recording of the motor"
+            "hold some out (hold_out of identify, --hold-out), or validate on another recording of the motor"
         )
     reasons = "; ".join(f"segment {skipped.segment}: {skipped.reason}" for skipped in plan.skipped[:3])
     raise JaxmotorError(f"{recording.source}: no segment can be scored ({reasons}); record steps or sines")

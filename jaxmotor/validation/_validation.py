@@ -1,13 +1,15 @@
 """What a validation gives: scores, bands, and which segments they are of."""
 
 import dataclasses
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from jaxmotor._numbers import with_bracket
-from jaxmotor._shown import Shown
+from jaxmotor._shown import Row, Shown, data_frame
 from jaxmotor.estimate import Model, Trace
+from jaxmotor.recording import ranges
 
 MOST = 6
 """Results that are named one by one."""
@@ -227,9 +229,32 @@ class Validation(Shown):
     def _title(self) -> str:
         return f"Validation on {self.recording}: {len(self.scored)} held-out segments (brackets: 95 %)"
 
+    def _rows(self) -> tuple[Row, ...]:
+        if self.open_loop is None:
+            return ()
+        score = self.open_loop.pooled
+        return Row("fit", score.fit_percent, math.nan, "%"), Row("RMSE", score.rmse_rad_s, math.nan, "rad/s")
+
+    def to_dataframe(self) -> Any:
+        """What was compared, a row for each quantity, as pandas' data frame.
+
+        Of each step and closed loop: measured and predicted with their 95 % intervals. Of each segment in free
+        simulation: fit [%] and RMSE [rad/s] as `score`.
+
+        **Raises:** `JaxmotorError` where pandas is not installed.
+        """
+        names = ("segments", "quantity", "score")
+        names += tuple(f"{side}{end}" for side in ("measured", "predicted") for end in ("", "_low", "_high"))
+        rows = [row for one in (*self.steps, *self.closed_loop) for row in _compared_rows(one)]
+        for number, score in {} if self.open_loop is None else self.open_loop.segments.items():
+            rows += [
+                (str(number), name, getattr(score, name), *[math.nan] * 6) for name in ("fit_percent", "rmse_rad_s")
+            ]
+        columns = zip(*rows, strict=True) if rows else [()] * len(names)
+        return data_frame(dict(zip(names, columns, strict=True)))
+
     def _remarks(self) -> tuple[str, ...]:
-        score = None if self.open_loop is None else self.open_loop.pooled
-        lines = [] if score is None else [f"fit {score.fit_percent:.1f} %, RMSE {score.rmse_rad_s:.3g} rad/s"]
+        lines = []
         for steps in self.steps:
             lines.append(f"step to {steps.amplitude_V:.3g} V: rise time {_compared(steps.rise_time_s)} s")
         for loop in self.closed_loop:
@@ -237,6 +262,12 @@ class Validation(Shown):
             lines.append(f"{loop.kind} loop of segment {loop.segment}: steady speed {steady} rad/s")
         more = [f"and {len(lines) - MOST} more"] if len(lines) > MOST else []
         return (*lines[:MOST], *more)
+
+
+def _compared_rows(one: StepTrials | ClosedLoop) -> list[tuple[Any, ...]]:
+    segments = ranges(one.segments if isinstance(one, StepTrials) else (one.segment,))
+    compared = [(name, value) for name, value in vars(one).items() if isinstance(value, Comparison)]
+    return [(segments, name, math.nan, *value.measured, *value.predicted) for name, value in compared]
 
 
 def _compared(one: Comparison) -> str:

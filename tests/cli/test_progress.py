@@ -6,6 +6,7 @@ import os
 import pty
 import re
 import select
+import signal
 import subprocess
 import sys
 import time
@@ -68,3 +69,27 @@ def test_plain_lines_only_where_it_takes_long(monkeypatch, capsys):
         for now[0], stage in ((1.0, "early"), (6.0, "late"), (7.0, "soon after"), (12.0, "later")):
             tell(stage)
     assert capsys.readouterr() == ("", "6 s: late\n12 s: later\n")
+
+
+def test_a_long_stage_is_said_again_where_there_is_no_terminal(monkeypatch, capsys):
+    monkeypatch.setattr(_progress, "QUIET_S", 0.05)
+    with _progress.progress("reading") as tell:
+        tell("linear fit")
+        time.sleep(0.5)
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) > 1 and set(lines) <= {"0 s: linear fit", "1 s: linear fit"}
+
+
+def test_what_is_interrupted_leaves_no_folder(log, tmp_path):
+    folder = tmp_path / "new" / "results"
+    command = [sys.executable, "-m", "jaxmotor", "diagnose", log, "-o", folder]
+    environment = os.environ | {"JAXMOTOR_CACHE": str(tmp_path / "cache")}
+    with subprocess.Popen(command, stderr=subprocess.PIPE, env=environment) as running:
+        deadline = time.monotonic() + 30
+        while not folder.exists() and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert folder.exists()
+        running.send_signal(signal.SIGINT)
+        _, said = running.communicate(timeout=60)
+    assert running.returncode == 130 and said.endswith(b"jaxmotor: interrupted\n")
+    assert not folder.parent.exists()

@@ -7,6 +7,7 @@ from pages import DOCS, blocks
 
 from jaxmotor.motor import EFFECTS
 from jaxmotor.motor.effects import parameters
+from jaxmotor.text import capital, named
 
 FOLDER = DOCS / "effects"
 
@@ -14,12 +15,12 @@ FOLDER = DOCS / "effects"
 @pytest.mark.parametrize("name", EFFECTS)
 def test_page(name):
     text = (FOLDER / f"{name}.md").read_text(encoding="utf-8")
-    assert text.startswith(f"# `{name}`\n")
+    assert text.startswith(f"# {capital(named(name))} (`{name}`)\n")
     assert [block for block in blocks(FOLDER / f"{name}.md") if block.language == "math"], "its equation"
     assert "**How it shows.** " in text and "**Reference.** " in text
     assert f"(../img/effects/{name}.png)" in text
     assert all(f"`{parameter}`" in text for parameter in parameters(EFFECTS[name]))
-    assert f"]({name}.md)" in (FOLDER / "index.md").read_text(encoding="utf-8")
+    assert f"[{capital(named(name))}]({name}.md) `{name}`" in (FOLDER / "index.md").read_text(encoding="utf-8")
 
 
 def test_pictures_are_small_and_of_effects_that_exist():

@@ -32,5 +32,24 @@ def test_the_page_says_what_the_paper_said(written):
     """Figures of the paper that can be read with certainty."""
     assert "| 5 | 19.4 |" in written
     assert "= 0.0366" in written
-    for figure in ("Table 1", "Table 2", *(f"Fig. {n}" for n in (3, 5, 6, 7, 8, 9, 10, 11)), "eq. 21", "Eq. 20"):
+    for figure in ("Table 1", "Table 2", *(f"Fig. {n}" for n in range(2, 13)), "eq. 21", "Eq. 20"):
         assert figure in written, figure
+    for row in ("| resistance of the winding R | 4.5 ohm |", "| inductance of the winding L | 524 µH |"):
+        assert row in written, row
+
+
+def test_each_picture_has_a_caption():
+    """In italics under it; those of the paper's figures have the paper's number."""
+    page = (DOCS / "paper.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^!\[(.+)\]\((\S+)\)\n\n\*(.+)\*$", page, re.MULTILINE)
+    assert len(shown) == page.count("![")
+    for _, path, caption in shown:
+        number = re.search(r"/fig-(\d+)\.", path)
+        assert number is None or caption.startswith(f"Fig. {number[1]}. "), path
+
+
+def test_gains_are_in_the_papers_unit_too(written):
+    found = re.findall(r"\| (\d+\.\d{3})(?: ± \S+)? \| (\d+\.\d{2})(?: ± \S+)? \|", written)
+    assert len(found) == 3
+    for gain, in_rpm in found:
+        assert float(in_rpm) == pytest.approx(float(gain) * 9.5493, abs=0.006)

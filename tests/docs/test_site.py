@@ -130,7 +130,7 @@ def test_search_finds_a_page_from_disk(opened):
     found = opened.page.locator("a.md-search-result__link[href*='effects/coulomb_friction.html']").first
     found.wait_for(timeout=20_000)
     found.click()
-    assert opened.page.locator("h1").inner_text().startswith("coulomb_friction")
+    assert opened.page.locator("h1").inner_text().startswith("Coulomb friction (coulomb_friction)")
 
 
 def test_formulas_have_a_size_and_fit_a_telephone(site, opened):

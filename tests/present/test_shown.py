@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxmotor import FirstOrder, Motor, from_arrays
+from jaxmotor import FirstOrder, Motor, from_arrays, validate
 from jaxmotor.motor.effects import CoulombFriction, SupplySag
 
 INTERVAL = r"gain +1[01]\.\d+ ± 0\.0\d+ rad/s/V\n  pole +(?:40|39)\.\d+ ± 0\.0\d+ rad/s\n"
@@ -53,8 +53,28 @@ def test_a_recording_says_what_it_holds(recording):
     assert re.fullmatch(
         r"Recording made.csv: \d+ rows, one per 0.005 s, .*; count measured\n  sine: \d.*", repr(recording)
     )
+    assert re.fullmatch(r"Segment\('sine', start_s=\d+, \d+ rows of count\)", repr(recording.segments[0]))
+    assert "data:image/png;base64,iVBOR" in recording._repr_html_()
     evil = from_arrays(time_s=np.arange(9.0), volts=np.ones(9), speed_rad_s=np.arange(9.0), name="<b>\n\x07")
     assert "<b>" not in evil._repr_html_() and "\n" not in repr(evil).splitlines()[0] and "\x07" not in repr(evil)
+
+
+def test_a_measured_response_says_its_range(exact):
+    said = repr(exact.frequency_response)
+    assert re.match(r"FrequencyResponse\(frequency_Hz=<\d+ from 0\.\d+ to \d+\.?\d*>, response=c128", said)
+
+
+def test_a_data_frame_of_a_validation(exact, recording):
+    pytest.importorskip("pandas")
+    validation = validate(dataclasses.replace(exact.model, fitted=frozenset()), recording, simulations=64)
+    frame = validation.to_dataframe().set_index(["segments", "quantity"])
+    assert validation.open_loop is not None and validation.steps
+    number, score = next(iter(validation.open_loop.segments.items()))
+    assert frame.loc[(str(number), "fit_percent"), "score"] == score.fit_percent
+    step = validation.steps[0]
+    row = frame.xs("rise_time_s", level="quantity").iloc[0]
+    assert tuple(row[1:]) == pytest.approx((*step.rise_time_s.measured, *step.rise_time_s.predicted), nan_ok=True)
+    assert "<th>fit</th>" in validation._repr_html_()
 
 
 def test_a_data_frame_of_parameters(exact):

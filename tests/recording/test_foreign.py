@@ -170,23 +170,23 @@ def test_bad_logs(refused, log):
         ({"speed": "speed:rad/h"}, "not known"),
         ({"angle": "speed:rpm"}, "not known"),
         ({"speed": "nothing:rpm"}, "'t_s', 'u_V', 'speed'"),
-        ({"speed": "speed:m/s"}, "--wheel-radius"),
-        ({"speed": "speed:counts/s"}, "--counts-per-rev"),
-        ({"count": "speed"}, "--counts-per-rev"),
+        ({"speed": "speed:m/s"}, "wheel_radius_m"),
+        ({"speed": "speed:counts/s"}, "counts_per_rev"),
+        ({"count": "speed"}, "counts_per_rev"),
         ({"count": "t_s", "counts_per_rev": 5}, "not whole"),
         ({"count": "counts", "counts_per_rev": 5}, "no column 'counts'"),
         ({"speed": "speed:rpm", "input": "u_V"}, "no unit"),
         ({"speed": "speed:rpm", "input": "u_V:A"}, "'A' is not known"),
-        ({"speed": "speed:rpm", "input": "u_V:duty:4"}, "--supply"),
-        ({"speed": "speed:rpm", "input": "u_V:percent"}, "--supply"),
+        ({"speed": "speed:rpm", "input": "u_V:duty:4"}, "supply_V"),
+        ({"speed": "speed:rpm", "input": "u_V:percent"}, "supply_V"),
         ({"speed": "speed:rpm", "input": "u_V:duty:x", "supply_V": 1}, "no positive number"),
         ({"speed": "speed:rpm", "input": "u_V:duty:2", "supply_V": 1}, "line 5: u_V is 3, beyond"),
         ({"speed": "speed:rpm", "time": "t_s:h"}, "'h' is not known"),
         ({"speed": "speed:rpm", "time": "t"}, "no column 't'"),
         ({"speed": "speed:rpm", "segment": "trial"}, "no column 'trial'"),
-        ({"speed": "speed:rpm", "supply_V": -1}, "--supply"),
-        ({"speed": "speed:rpm", "speed_window_s": -1}, "--speed-window"),
-        ({"speed": "speed:rpm", "wheel_radius_m": float("nan")}, "--wheel-radius"),
+        ({"speed": "speed:rpm", "supply_V": -1}, "supply_V"),
+        ({"speed": "speed:rpm", "speed_window_s": -1}, "speed_window_s"),
+        ({"speed": "speed:rpm", "wheel_radius_m": float("nan")}, "wheel_radius_m"),
     ],
 )
 def test_what_is_not_stated_is_asked_for(refused, flags, reason):
@@ -207,7 +207,7 @@ def test_time_may_restart_with_a_segment(imported, refused):
     text = "t_s,u_V,n,trial\n0,0,5,1\n1,0,5,1\n0,1,6,2\n1,1,7,2\n"
     recording = imported(text, count="n", counts_per_rev=10, segment="trial")
     assert [part.start_s for part in recording.segments] == [0, 2]
-    assert "--segment" in refused(text, count="n", counts_per_rev=10)
+    assert "segment" in refused(text, count="n", counts_per_rev=10)
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,9 @@ def test_segments_state_what_they_are():
 def test_duties_of_a_supply():
     made = from_arrays(time_s=T, duty=np.rint(50 * U), angle_rad=0.1 * N, duty_full_scale=255, supply_V=7.4)
     assert made.segments[0].volts == pytest.approx(np.rint(50 * U) / 255 * 7.4)
+    for number in (np.float32(7.4), np.array(7.4)):
+        again = from_arrays(time_s=T, duty=np.rint(50 * U), angle_rad=0.1 * N, duty_full_scale=255, supply_V=number)
+        assert again.segments[0].volts == pytest.approx(made.segments[0].volts)
     logged = from_arrays(time_s=T, duty=np.rint(50 * U), angle_rad=0.1 * N, duty_full_scale=255, supply_V=0 * T + 7.4)
     assert logged.segments[0].volts == pytest.approx(made.segments[0].volts) and logged.supply_V == pytest.approx(7.4)
 

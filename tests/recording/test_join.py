@@ -53,8 +53,8 @@ def test_each_steady_state_is_a_segment_that_stays_as_it_is(files):
     ("changed", "sentence"),
     [
         ({"hold_s": 0.02}, "less than two periods"),
-        ({"hold_s": -1.0}, "--steady is -1"),
-        ({"period_s": 0.0}, "--period is 0"),
+        ({"hold_s": -1.0}, "hold_s is -1"),
+        ({"period_s": 0.0}, "period_s is 0"),
         ({"input": "volts:V"}, "volts"),
         ({"speed": "y"}, "unit"),
         ({"hold_s": 1e9}, "rows"),

@@ -229,29 +229,29 @@ BARE = rows("{t:.2f},{d},{n}\n")
     [
         (PLAIN.replace("74", "74.5"), {}, "not whole"),
         (PLAIN.replace(",74", ",7.40000e+06"), {}, "line 5: count is '7.40000e+06', whose last digits"),
-        (BARE, {}, "--columns"),
-        (BARE, {"columns": "t,duty"}, "3 fields, and --columns names 2"),
+        (BARE, {}, "columns"),
+        (BARE, {"columns": "t,duty"}, "3 fields, and columns names 2"),
         (BARE, {"columns": "t,duty,t"}, "stands twice"),
-        (PLAIN, {"columns": "t,duty,count"}, "leave --columns out"),
+        (PLAIN, {"columns": "t,duty,count"}, "leave columns out"),
         (BARE, {"columns": "t,duty,n"}, "no column 'count'"),
         ("0,70\n" + BARE, {"columns": "t,duty,count"}, "line 1: 2 fields"),
         (BARE, {"columns": "t,duty,count", "drop_first": 8}, "no rows"),
         (PLAIN, {"drop_first": 8}, "rows are needed"),
-        (PLAIN, {"drop_first": -1}, "--drop-first is -1"),
-        (PLAIN, {"wrap": 1}, "--wrap is 1"),
-        (PLAIN, {"wrap": "turn"}, "belongs to --angle"),
+        (PLAIN, {"drop_first": -1}, "drop_first is -1"),
+        (PLAIN, {"wrap": 1}, "wrap is 1"),
+        (PLAIN, {"wrap": "turn"}, "belongs to angle"),
         (PLAIN, {"wrap": 6}, "line 6: count is 83, more than a counter of 6 bit"),
         (PLAIN.replace(",83", ",127"), {"wrap": 7}, "line 6: a counter of 7 bit moves by 41%"),
-        (PLAIN, {"count": None, "angle": "count:deg", "wrap": 16}, "belongs to --count"),
+        (PLAIN, {"count": None, "angle": "count:deg", "wrap": 16}, "belongs to count"),
         (PLAIN.replace(",83", ",800"), {"count": None, "angle": "count:deg", "wrap": "turn"}, "beyond one turn"),
         (PLAIN, {"pulses": "count"}, "exactly one of"),
-        (PLAIN, {"count": None, "pulses": "count", "wrap": 16}, "belongs to --count"),
-        (PLAIN, {"count": None, "pulses": "count", "counts_per_rev": None}, "--counts-per-rev"),
+        (PLAIN, {"count": None, "pulses": "count", "wrap": 16}, "belongs to count"),
+        (PLAIN, {"count": None, "pulses": "count", "counts_per_rev": None}, "counts_per_rev"),
         (PLAIN.replace("74", "74.5"), PULSED, "not whole"),
         ("t,duty,count\n" + "".join(f"{k},1,{9 * 10**16}\n" for k in range(99)), PULSED, "more counts"),
-        (PLAIN, {"supply_unknown": True}, "leave --supply-unknown out"),
-        (PLAIN, {"supply_V": None}, "--supply-unknown"),
-        (PLAIN, {"supply_V": None, "supply_unknown": True, "input": "duty:V"}, "leave --supply-unknown out"),
+        (PLAIN, {"supply_unknown": True}, "leave supply_unknown out"),
+        (PLAIN, {"supply_V": None}, "supply_unknown"),
+        (PLAIN, {"supply_V": None, "supply_unknown": True, "input": "duty:V"}, "leave supply_unknown out"),
         (PLAIN, {"decimal_comma": True}, "not clear"),
         (
             PLAIN.replace(",", ";").replace(";74", ";1.000,5"),
@@ -276,7 +276,7 @@ def test_what_does_not_fit_is_a_sentence(refused, imported, text, flags, reason)
 def test_a_segment_without_whole_rows_is_refused(refused):
     text = "t,duty,count,part\n0,1,1,a\n1,1,2,a\n2,1,nan,b\n3,1,,b\n4,1,5,c\n"
     assert "a segment has no row" in refused(text, **STATED, segment="part")
-    assert "line 6: --drop-first 2" in refused(
+    assert "line 6: drop_first 2" in refused(
         text.replace("nan", "3").replace(",,", ",4,"), **STATED, segment="part", drop_first=2
     )
 

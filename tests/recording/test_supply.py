@@ -209,7 +209,7 @@ def test_imported_supply_columns(tmp_path):
         ("", {"supply": "v:V"}, "never holds a supply"),
         ("-1", {"supply": "v:V"}, "line 2: v is -1 V"),
         ("x", {"supply": "v:V"}, "line 2: v is 'x'"),
-        ("7.4", {"supply": "v:V", "supply_unknown": True}, "--supply-unknown"),
+        ("7.4", {"supply": "v:V", "supply_unknown": True}, "supply_unknown"),
     ],
 )
 def test_supply_columns_that_do_not_fit(tmp_path, cells, flags, reason):

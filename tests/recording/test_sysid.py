@@ -91,7 +91,7 @@ def test_drivetrain(imported, refused, side, order):
         test="Drivetrain", **{key: rows_of_test(0.0, 1, 9, order) for key in KEYS[:1]}, **{key: [] for key in KEYS[1:]}
     )
     assert imported(values, motor=side).segments[0].volts[9] == pytest.approx(4.5)
-    assert "--motor left" in refused(values)
+    assert "motor left" in refused(values)
     other = {"left": "right", "right": "left"}[side]
     assert not imported(values, motor=other).segments[0].volts.any()
 
@@ -129,7 +129,7 @@ def test_bad_json(refused, bad):
 
 
 def test_options_that_do_not_fit(refused):
-    assert "--units" in refused(log(), units="meters")
+    assert "units" in refused(log(), units="meters")
     assert "one motor only" in refused(log(), motor="left")
 
 
@@ -211,10 +211,10 @@ def test_csv_units(imported, units, factor):
 
 
 BAD_CSV = {
-    "no units": (SPARSE, {}, "--units rotations|"),
+    "no units": (SPARSE, {}, "units rotations|"),
     "units": (SPARSE, {"units": "furlongs"}, "'furlongs'"),
-    "length": (SPARSE, {"units": "meters"}, "--wheel-radius"),
-    "radius": (SPARSE, {"units": "meters", "wheel_radius_m": -1.0}, "--wheel-radius"),
+    "length": (SPARSE, {"units": "meters"}, "wheel_radius_m"),
+    "radius": (SPARSE, {"units": "meters", "wheel_radius_m": -1.0}, "wheel_radius_m"),
     "no state": (SPARSE.replace("sysid-test-state", "state"), {"units": "radians"}, "sysid-test-state"),
     "no time": (SPARSE.replace("Timestamp", "t"), {"units": "radians"}, "Timestamp"),
     "no motor": (SPARSE.replace("voltage-", "current-"), {"units": "radians"}, "voltage-"),

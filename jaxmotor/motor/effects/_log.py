@@ -59,7 +59,7 @@ class SpeedWindow(AbstractSensorEffect):
     """W [s]."""
 
     @classmethod
-    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+    def starts(cls, rig: Rig) -> "tuple[SpeedWindow, ...]":
         return tuple(cls.of(length_s=rows * rig.period_s) for rows in (1.5, 5.0, 12.0))
 
 

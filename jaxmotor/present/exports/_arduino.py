@@ -1,8 +1,9 @@
 """The C header as a library for the Arduino IDE: a folder with the header and a sketch that holds a speed."""
 
+import os
 from importlib.resources import files
-from pathlib import Path
 
+from jaxmotor._arguments import path_of, taken
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import write_text
 from jaxmotor.estimate import AnyModel
@@ -37,11 +38,13 @@ def to_arduino(model: AnyModel, design: Design) -> dict[str, str]:
     }
 
 
-def write_library(folder: Path, library: dict[str, str]) -> None:
+def write_library(folder: str | os.PathLike[str], library: dict[str, str]) -> None:
     """Write `library` into `folder`, which is made; another library's folder is left as it is.
 
     **Raises:** `JaxmotorError`.
     """
+    folder = path_of(folder, "the path of a folder")
+    taken(library, dict, "a library (of to_arduino)")
     properties = folder / "library.properties"
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         mine = properties.is_file() and properties.read_bytes()[:19] == PROPERTIES.encode()[:19]

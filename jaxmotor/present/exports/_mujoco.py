@@ -18,6 +18,9 @@ INERTIA_kgm2 = 1e-4
 LONGEST_STEP_s, STEPS = 1e-3, 10
 """Of MuJoCo's, and how many there are at least in the motor's time constant. An electrical lag asks for no shorter one:
 its filter is exact for any step, and acts early."""
+GUESSED_INERTIA = (
+    f"J = {INERTIA_kgm2:g} kg m2 is a guess: a free shaft moves alike for any J, a loaded one does not. State yours."
+)
 
 
 def to_mujoco(model: AnyModel, *, inertia_kgm2: float | None = None, supply_V: float | None = None) -> str:
@@ -50,9 +53,7 @@ def to_mujoco(model: AnyModel, *, inertia_kgm2: float | None = None, supply_V: f
             "linear motor where both poles are real, but a load or friction meets no lag."
         )
     if inertia_kgm2 is None:
-        notes.append(
-            f"J = {inertia:g} kg m2 is a guess: a free shaft moves alike for any J, a loaded one does not. State yours."
-        )
+        notes.append(GUESSED_INERTIA)
     return f"""\
 <!--
   A motor, written by jaxmotor export, from {_text(model.recording) or "an unnamed recording"}.

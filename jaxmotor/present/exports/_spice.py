@@ -18,6 +18,7 @@ from jaxmotor.present.exports._left_out import left_out
 RESISTANCE_ohm = 1.0
 SLOPE = 1e-3
 """Volts of the motor's speed within which friction changes sides."""
+GUESSED_RESISTANCE = f"R = {RESISTANCE_ohm:g} ohm is a guess: the current and what a load does need the measured one."
 
 
 def to_spice(model: AnyModel, *, resistance_ohm: float | None = None) -> str:
@@ -57,7 +58,7 @@ def to_spice(model: AnyModel, *, resistance_ohm: float | None = None) -> str:
     if not share:
         notes.append("Viscous friction is counted with the back-EMF: voltage and encoder do not tell them apart.")
     if resistance_ohm is None:
-        notes.append(f"R = {resistance:g} ohm is a guess: the current and what a load does need the measured one.")
+        notes.append(GUESSED_RESISTANCE)
     comments = "".join(f"* {ascii_line(note)[:400]}\n" for note in notes)
     return f"""\
 * A motor, written by jaxmotor export, from {ascii_line(model.recording)[:200] or "an unnamed recording"}.

@@ -32,10 +32,15 @@ def checks_section(story: Story) -> Content:
     drawn: list[Content] = [_steps(k, steps) for k, steps in enumerate(validation.steps)]
     loops: list[Content] = [_loop(k, loop) for k, loop in enumerate(validation.closed_loop)]
     for title, items in (("steps", drawn), ("closed loops", loops)):
-        content += items[:MOST]
+        content.append(_beside(items[:MOST]))
         if items[MOST:]:
-            content.append(details(f"More {title} ({len(items) - MOST})", items[MOST:]))
+            content.append(details(f"More {title} ({len(items) - MOST})", _beside(items[MOST:])))
     return content
+
+
+def _beside(items: list[Content]) -> Content:
+    """Runs in two columns on paper."""
+    return element("div", items, class_="runs") if items else None
 
 
 def _steps(place: int, steps: StepTrials) -> Html:
@@ -65,7 +70,7 @@ def _block(title: str, said: Html, drawn: Html, found: StepTrials | ClosedLoop, 
     rows = [_compared(f"{name} ({unit})", comparison, factor) for name, unit, comparison, factor in compared(found)]
     caption = f"{title}: measured and predicted, with 95 % intervals"
     head = ("", "measured", "predicted", "")
-    return element("div", element("h3", title), said, drawn, table(caption, head, rows), notes)
+    return element("div", element("h3", title), said, drawn, table(caption, head, rows), notes, class_="run")
 
 
 def _percent(value: float, key: str) -> Html:

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jaxmotor.motor.effects import parameters, vocabulary
-from jaxmotor.present.report._html import Content, details, element, number, paragraph, table, unbroken
-from jaxmotor.text import capital, named, percent, scaled, with_error
+from jaxmotor.present.report._html import Content, details, number, paragraph, table, unbroken
+from jaxmotor.text import capital, named, parameter_title, percent, scaled, with_error
 
 MOST_LISTED = 500
 LEAST = 3
@@ -113,7 +113,7 @@ def _summary(name: str, key: str, values: np.ndarray, errors: np.ndarray) -> lis
     ]
     shown = f"{factor * spread:.3g} {unit}".rstrip() if math.isfinite(spread) else "too few motors"
     last = number(spread, f"effects.{name}.{key}.spread", shown)
-    return [element("code", key), *told, last]
+    return [parameter_title(key), *told, last]
 
 
 def spread_between(values: np.ndarray, errors: np.ndarray) -> float:

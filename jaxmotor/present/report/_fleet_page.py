@@ -1,5 +1,6 @@
 """The page on a fleet: its motors in a table to sort, what they have in common, and who does not belong."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from jaxmotor.present.report._html import Content, Html, details, element, numbe
 from jaxmotor.present.report._limits import versions
 from jaxmotor.present.report._page import Section, cards, figure, page
 from jaxmotor.present.report._story import digest
-from jaxmotor.text import plainly, with_error
+from jaxmotor.text import RPM, plainly, with_error
 
 MOST_MOTORS = 3_000
 """In the table; who does not belong or failed is listed in any case."""
@@ -44,21 +45,21 @@ def fleet_page(results: Path) -> str:
     failed = [row for row in rows if row["problem"] is not None]
     good = [row for row in rows if row["problem"] is None]
     found, why_not = _population(columns)
-    outliers = {outlier.motor for outlier in found.outliers} if found else set()
     sections = [
         Section("spread", "What the motors have in common", _spread(found, why_not)),
         Section("outliers", "Motors that do not belong", _outliers(found, good)),
         Section("causes", "What the linear models get wrong", causes_section(rows)),
         Section("failed", "Motors that could not be identified", _failed(failed)),
-        Section("motors", "All motors", _motors(good, outliers)),
+        Section("motors", "All motors", _motors(good, found)),
         Section("again", "How to get this again", _again(results)),
     ]
     entries: list[tuple[str, Content]] = [
         ("motors", str(len(rows))),
-        ("do not belong", str(len(found.outliers)) if found else "not known"),
+        ("do not belong", str(len(found.outliers)) if found and _is_telling(found) else "not known"),
         ("could not be identified", str(len(failed))),
     ]
-    return page(f"Fleet: {results.name}", cards(entries), sections)
+    lead = [element("div", paragraph(_sentence(rows, found)), cards(entries), class_="verdict")]
+    return page(f"Fleet: {results.name}", lead, sections)
 
 
 def write_fleet_page(results: Path, folder: Path) -> Path:
@@ -74,6 +75,35 @@ def _population(columns: dict[str, np.ndarray]) -> tuple[Population | None, str]
         return population(columns, names), ""
     except JaxmotorError as error:
         return None, str(error)
+
+
+def _is_telling(found: Population) -> bool:
+    """There are enough motors to say of one that it does not belong; or none differs."""
+    return bool(np.isfinite(found.threshold))
+
+
+def _sentence(rows: Sequence[dict[str, Any]], found: Population | None) -> str:
+    """The fleet in plain words: how many motors are alike, and in what."""
+    failed = sum(row["problem"] is not None for row in rows)
+    told = [f"{len(rows) - failed} of {len(rows)} motors were identified."]
+    if found is None:
+        return " ".join([*told, "They are too few to say how they differ, or which one does not belong."])
+    alike = dict(zip(found.names, zip(found.sizes(found.mean), found.spread, strict=True), strict=True))
+    (gain, gain_spread), (pole, pole_spread) = alike["gain_rad_s_V"], alike["pole_rad_s"]
+    told.append(
+        f"Their middle turns at {RPM * gain:.4g} rpm/V (standard deviation between motors {100 * gain_spread:.2g} %), "
+        f"with a time constant of {1e3 / pole:.4g} ms ({100 * pole_spread:.2g} %)."
+    )
+    return " ".join([*told, _belonging(found)])
+
+
+def _belonging(found: Population) -> str:
+    if not _is_telling(found):
+        return "They are too few to say which one does not belong."
+    number_outside = len(found.outliers)
+    if not number_outside:
+        return "All of them belong together."
+    return f"{number_outside} {'does' if number_outside == 1 else 'do'} not belong with the others."
 
 
 def _spread(found: Population | None, why_not: str) -> Content:
@@ -168,19 +198,27 @@ def _failed(failed: list[dict[str, Any]]) -> Content:
     return [table("Why, motor by motor", head, rows), more(failed)]
 
 
-def _motors(good: list[dict[str, Any]], outliers: set[str]) -> Content:
+def _motors(good: list[dict[str, Any]], found: Population | None) -> Content:
     names = [name for name in COLUMNS if name not in FRICTION or any(row[name] is not None for row in good)]
     causes = any(diagnosed(row) is not None for row in good)
     titles = ("motor", *(COLUMNS[name][0] for name in names), "belongs", *(("verdict", "effects") if causes else ()))
     head = [element("button", title, type="button") for title in titles]
+    told_by = _belongs(found)
     rows = [
-        [*_numbers(row, names), "no" if row["motor"] in outliers else "yes", *(_diagnosis(row) if causes else ())]
+        [*_numbers(row, names), told_by.get(row["motor"], "not known"), *(_diagnosis(row) if causes else ())]
         for row in good[:MOST_MOTORS]
     ]
     caption = "Motors in the order of the data; a head of a column sorts by it. Intervals are ± 95 %."
     notes = [(row["motor"], note) for row in good for note in row["notes"] or ()][:MOST_LISTED]
     said = details("Notes on single motors", table("Notes", ("motor", "note"), notes)) if notes else None
     return [table(caption, head, rows), more(good, MOST_MOTORS), said]
+
+
+def _belongs(found: Population | None) -> dict[str, str]:
+    """Of each motor of which that is known, by its name: yes or no."""
+    if found is None or not _is_telling(found):
+        return {}
+    return dict.fromkeys(found.motors, "yes") | {outlier.motor: "no" for outlier in found.outliers}
 
 
 def _numbers(row: dict[str, Any], names: list[str]) -> list[Content]:

@@ -8,13 +8,27 @@ from jaxmotor.diagnosis import BeforeAfter, Diagnosis, FoundEffect, LoopGain
 from jaxmotor.estimate import Trace, fit_percent
 from jaxmotor.motor.effects import told_parameters
 from jaxmotor.present._autocorrelation import autocorrelation
-from jaxmotor.present._before_after import before_after, best_gain, loop_before_after
+from jaxmotor.present._before_after import before_after, best_gain, loop_before_after, squared_error_fall
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import Recording
-from jaxmotor.text import LOOP, as_known, between, bracket, capital, floor, loop_of, named, plainly, scaled, scored
+from jaxmotor.text import (
+    LOOP,
+    as_known,
+    between,
+    bracket,
+    capital,
+    floor,
+    loop_of,
+    named,
+    parameter_title,
+    percent,
+    plainly,
+    scaled,
+    scored,
+)
 
 MOST_LOOPS = 2
 MOST_SEGMENTS = 200
@@ -89,7 +103,7 @@ def _effects(diagnosis: Diagnosis) -> list[list[Content]]:
 
 
 def _title(found: FoundEffect, parameter: str) -> str:
-    return f"{named(found.name)}, {named(parameter.rpartition('_')[0] or parameter)}"
+    return f"{named(found.name)}, {parameter_title(parameter)}"
 
 
 def gain_section(story: Story) -> Content:
@@ -164,9 +178,16 @@ def traces(diagnosis: Diagnosis, recording: Recording) -> Html:
     kind = _kind(diagnosis, recording, before)
     scores = ", ".join(f"{name} {fit_percent((trace,)):.1f} %" for name, trace in motors.items())
     held_out = "held out" if diagnosis.held_out.traces_before else "fitted"
-    which = "Where the effects improve it most" if diagnosis.named else "Shown"
-    text = f"{which}: {kind}, {held_out}; fit {scores}. Below, the residual (measured minus simulated)."
+    text = f"{_why_shown(diagnosis, before, after)}: {kind}, {held_out}; fit {scores}. "
+    text += "Below, the residual (measured minus simulated)."
     return figure(drawing(before_after(diagnosis), "gain", alt=f"Measured and simulated speed. {text}"), text)
+
+
+def _why_shown(diagnosis: Diagnosis, before: Trace, after: Trace) -> str:
+    fall = squared_error_fall(before, after)
+    if not diagnosis.named or fall <= 0:
+        return "Shown"
+    return f"Where the effects lower the squared error most, by {percent(fall)}"
 
 
 def _white(diagnosis: Diagnosis) -> Content:

@@ -104,7 +104,11 @@ def table(caption: str, head: Iterable[Content], rows: Iterable[Iterable[Content
     columns = element("tr", [element("th", cell, scope="col") if cell else element("td") for cell in head])
     body = [_row(list(row)) for row in rows]
     whole = element(
-        "table", element("caption", caption), element("thead", columns), element("tbody", body), **attributes
+        "table",
+        element("caption", element("span", caption)),
+        element("thead", columns),
+        element("tbody", body),
+        **attributes,
     )
     # Wide tables scroll by themselves; who has no mouse must reach them, too.
     return element("div", whole, class_="wide", tabindex="0", role="region", aria_label=caption)

@@ -30,10 +30,6 @@ def limits_section(story: Story) -> Content:
             "1 % too low, the gain is 1 % too high, and volts are 1 % too low. No interval here includes that."
         )
     for found in diagnosis.named:
-        limits += [
-            f"{named(found.name)}: {name} is not identifiable from this recording (its error is more than half of it)"
-            for name in found.unknown
-        ]
         same = may_be(found, named)
         if same is not None:
             limits.append(f"{named(found.name)}: {same}")
@@ -47,7 +43,7 @@ def limits_section(story: Story) -> Content:
     left_open = allowing(diagnosis)
     limits += [] if left_open is None else [left_open]
     notes = [*diagnosis.notes, *(story.validation.notes if story.validation else ())]
-    return [bullets(capital(f"{text.rstrip('.')}.") for text in limits + notes), _next(diagnosis)]
+    return [bullets(capital(f"{spoken(text).rstrip('.')}.") for text in limits + notes), _next(diagnosis)]
 
 
 def _next(diagnosis: Diagnosis) -> Content:

@@ -12,7 +12,7 @@ from jaxmotor.present.report._html import Content, Html, details, element, table
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import Recording, lost_ticks, ranges
-from jaxmotor.text import named, plainly
+from jaxmotor.text import key_title, named, plainly
 
 MOST_SEGMENTS = 400
 """Rows of the table of segments."""
@@ -48,7 +48,7 @@ def _facts(recording: Recording) -> list[tuple[str, str]]:
         facts.append(("supply", f"{recording.supply_V:g} V"))
     if recording.drive is not None:
         facts.append(("drive between pulses", recording.drive))
-    others = [(key, _cut(value)) for key, value in recording.header.items() if key not in FREE_TEXT]
+    others = [(key_title(key), _cut(value)) for key, value in recording.header.items() if key not in FREE_TEXT]
     return free + facts + others
 
 
@@ -91,10 +91,10 @@ def _overview(recording: Recording) -> Html:
 def _segments(recording: Recording) -> Content:
     rows = []
     for index, segment in enumerate(recording.segments[:MOST_SEGMENTS]):
-        about = ", ".join(f"{key} = {_cut(value)}" for key, value in segment.parameters.items())
+        about = ", ".join(f"{key_title(key)} = {_cut(value)}" for key, value in segment.parameters.items())
         length = plainly(float(segment.time_s[-1]), 4)
         rows.append((str(index), named(segment.kind), plainly(segment.start_s, 5), length, str(len(segment)), about))
-    head = ("segment", "kind", "begins (s)", "length (s)", "rows", "as the header has it")
+    head = ("segment", "kind", "begins (s)", "length (s)", "rows", "parameters")
     left = recording.segments[MOST_SEGMENTS:]
     more = element("p", f"and segments {ranges(range(MOST_SEGMENTS, len(recording.segments)))}") if left else None
     return [table("The experiments", head, rows), more]

@@ -6,7 +6,18 @@ from jaxmotor.diagnosis import Diagnosis, FoundEffect
 from jaxmotor.motor.effects import parameters, told_parameters
 from jaxmotor.present.report._html import Content, Html, bar, element, number, paragraph, table
 from jaxmotor.present.report._story import Story
-from jaxmotor.text import as_known, between, capital, floor, looks_like, named, plainly, scaled, sentence
+from jaxmotor.text import (
+    as_known,
+    between,
+    capital,
+    floor,
+    looks_like,
+    named,
+    parameter_title,
+    plainly,
+    scaled,
+    sentence,
+)
 
 
 def named_section(story: Story) -> Content:
@@ -37,7 +48,7 @@ def _effect(found: FoundEffect, path: str, diagnosis: Diagnosis) -> Html:
     rows = [_parameter(found, name, path) for name in told_parameters(found.effect)]
     return element(
         "div",
-        element("h3", capital(named(found.name))),
+        element("h3", capital(named(found.name) if found.is_named else f"perhaps {named(found.name)}")),
         paragraph(f"{capital(sentence(found))}. It lowers the {_drift(diagnosis)} of held-out data by ", gain, end),
         table(f"Parameters of {named(found.name)}", ("parameter", "value", "95 % interval"), rows) if rows else None,
     )
@@ -53,7 +64,7 @@ def _parameter(found: FoundEffect, name: str, path: str) -> list[Content]:
     factor, unit = scaled(parameters(found.effect)[name], value)
     shown = number(value, f"{path}.parameters.{name}", as_known(factor * value, factor * error, unit))
     doubt = ", not determined by this recording" if name in found.unknown else ""
-    return [element("code", name), shown, between(factor * value, factor * error, unit) + doubt]
+    return [parameter_title(name), shown, between(factor * value, factor * error, unit) + doubt]
 
 
 def _models(diagnosis: Diagnosis) -> Content:

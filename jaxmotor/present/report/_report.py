@@ -11,7 +11,7 @@ from jaxmotor.present.report._named import named_section
 from jaxmotor.present.report._page import Section, page
 from jaxmotor.present.report._response import response_section
 from jaxmotor.present.report._story import Story, digest
-from jaxmotor.present.report._summary import summary
+from jaxmotor.present.report._summary import motor_name, summary
 from jaxmotor.present.report._wrong import wrong_section
 
 LONGEST_TITLE = 120
@@ -39,5 +39,5 @@ def write_report(story: Story, source: Path, folder: Path) -> Path:
 
 
 def _title(story: Story) -> str:
-    title = str(story.recording.header.get("motor") or story.recording.name)
+    title = motor_name(story)
     return title if len(title) <= LONGEST_TITLE else title[: LONGEST_TITLE - 1] + "…"

@@ -9,15 +9,32 @@ from jaxmotor.present.report._html import Content, Html, bar, bullets, element, 
 from jaxmotor.present.report._named import named_in
 from jaxmotor.present.report._page import cards
 from jaxmotor.present.report._story import Story
-from jaxmotor.text import RPM, capital, either, equals, family_of, looks_like, named, odds, percent, spoken, with_error
+from jaxmotor.text import (
+    RPM,
+    bracket,
+    capital,
+    either,
+    equals,
+    family_of,
+    looks_like,
+    named,
+    odds,
+    percent,
+    spoken,
+    with_error,
+)
 
 SENTENCES = {
     "complete": "This is a linear motor: its speed follows the voltage in proportion, and the recording shows no more.",
     "extended": "This is a linear motor with {names}; that explains all that the recording shows.",
     "undecided": "A linear motor explains all that the recording shows, but {names} would not show under this input.",
-    "unexplained": "A linear motor{names} explains a part of what this motor does; no effect in the vocabulary "
-    "explains the rest.",
+    "unexplained": "A linear motor{names} explains a part of what this motor does; no known effect explains the "
+    "residual.",
+    "useless": "No known effect explains what this motor does{names}. The model predicts {data} {how} better than "
+    "their mean does ({score}): do not use its numbers.",
 }
+LITTLE_FIT = 5.0
+"""Fit [%], below which nine tenths of the variance of the measured speed are left: 0.95² of it."""
 SURE, LIKELY = 0.9, 0.5
 """Probabilities from which an effect is told without doubt, and without its alternatives."""
 
@@ -26,7 +43,7 @@ def summary(story: Story) -> Content:
     """What somebody who reads no further should know."""
     diagnosis = story.diagnosis
     return [
-        paragraph(f"{story.recording.name}; fit of {_scores(diagnosis)}", class_="quiet"),
+        paragraph(capital(f"{_file(story)}fit of {_scores(diagnosis)}"), class_="quiet"),
         element("div", paragraph(_sentence(diagnosis)), cards(_numbers(story)), class_="verdict"),
         traces(diagnosis, story.recording),
         element(
@@ -35,8 +52,31 @@ def summary(story: Story) -> Content:
     ]
 
 
+def motor_name(story: Story) -> str:
+    """As the header states it; else the file's name."""
+    return str(story.recording.header.get("motor") or story.recording.name)
+
+
+def _file(story: Story) -> str:
+    """Its name where that is not the title."""
+    name = story.recording.name
+    return "" if motor_name(story) == name else f"Recording {name}; "
+
+
+def is_useless(diagnosis: Diagnosis) -> bool:
+    """The residual is not explained, and the held-out data may be predicted no better than by their mean."""
+    score = diagnosis.held_out.after_intervals.fit_percent
+    return _is_unexplained(diagnosis) and (score.low <= 0 or score.value < LITTLE_FIT)
+
+
+def _is_unexplained(diagnosis: Diagnosis) -> bool:
+    return diagnosis.verdict == "unexplained" and not diagnosis.undecided
+
+
 def _sure(diagnosis: Diagnosis) -> Content:
     text = "± is a 95 % interval"
+    if is_useless(diagnosis):
+        text += " as if the model were right, which it is not"
     if diagnosis.open_hypotheses and diagnosis.allowed is not None:
         (low, high), (slow, fast) = diagnosis.allowed
         most = f"to {1e3 / slow:.4g} ms" if slow > 0 else "ms or more"
@@ -53,17 +93,34 @@ def _sure(diagnosis: Diagnosis) -> Content:
 
 def _scores(diagnosis: Diagnosis) -> str:
     before, after = diagnosis.held_out.before.fit_percent, diagnosis.held_out.after.fit_percent
-    data = "held-out data" if diagnosis.held_out.traces_before else "the data"
-    return f"{data}: linear {before:.1f} %" + (f", extended {after:.1f} %" if diagnosis.named else "")
+    return f"{_data(diagnosis)}: linear {before:.1f} %" + (f", extended {after:.1f} %" if diagnosis.named else "")
 
 
 def _sentence(diagnosis: Diagnosis) -> str:
     if diagnosis.undecided:
         return SENTENCES["undecided"].format(names=" or ".join(one.phrase for one in diagnosis.open_hypotheses))
-    names = " and ".join(map(_cause, diagnosis.effects))
+    names = _causes(diagnosis)
+    if is_useless(diagnosis):
+        score = diagnosis.held_out.after_intervals.fit_percent
+        shown = f"fit {score.value:.1f} %{bracket(score)}, that of the mean is 0 %"
+        how = "hardly" if score.value < LITTLE_FIT else "not surely"
+        part = f" (likely, but not enough: {names})" if names else ""
+        return SENTENCES["useless"].format(names=part, data=_data(diagnosis), how=how, score=shown)
     if diagnosis.verdict == "unexplained" and names:
         names = f" with {names}"
     return SENTENCES[diagnosis.verdict].format(names=names)
+
+
+def _data(diagnosis: Diagnosis) -> str:
+    return "held-out data" if diagnosis.held_out.traces_before else "the data"
+
+
+def _causes(diagnosis: Diagnosis) -> str:
+    """Effects that are more likely than not; where the model needs others to explain all, that it has them."""
+    told = [_cause(found) for found in diagnosis.effects if found.is_told]
+    if diagnosis.verdict == "extended" and len(told) < len(diagnosis.effects):
+        told.append("an effect that this recording does not determine")
+    return " and ".join(told)
 
 
 def _cause(found: FoundEffect) -> str:
@@ -83,15 +140,25 @@ def _numbers(story: Story) -> Iterator[tuple[str, Content]]:
     # Where nobody knows the supply, 1 V stands for all of it.
     of, per = ("at full duty", "") if story.recording.header.get("supply_unknown") is True else ("per volt", "/V")
     rpm = with_error(RPM * gain, RPM * gain_error, f"rpm{per}")
-    yield f"speed {of}", [rpm, element("br"), with_error(gain, gain_error, f"rad/s{per}")]
     tau_ms = with_error(1e3 / pole, 1e3 * pole_error / pole**2, "ms")
+    if is_useless(story.diagnosis):
+        yield f"speed {of}", _unusable(rpm)
+        yield "time constant", _unusable(tau_ms)
+        yield "friction", "not known"
+        return
+    yield f"speed {of}", [rpm, element("br"), with_error(gain, gain_error, f"rad/s{per}")]
     yield "time constant", [tau_ms, element("br"), element("small", "until 63 % of a new speed")]
     yield "friction", [_friction(story.diagnosis)]
 
 
+def _unusable(fitted: str) -> Content:
+    return ["not known", element("br"), element("small", f"fitted: {fitted}, not to be used")]
+
+
 def _friction(diagnosis: Diagnosis) -> Content:
     """The voltage below which the motor stays at rest, and what that means."""
-    holding = [found for found in diagnosis.effects if found.effect.holds_by]
+    unexplained = _is_unexplained(diagnosis)
+    holding = [found for found in diagnosis.effects if found.effect.holds_by and (found.is_told or not unexplained)]
     if holding:
         volts = sum(found.parameters[found.effect.holds_by] for found in holding)
         errors = [found.standard_error[found.effect.holds_by] for found in holding]
@@ -99,7 +166,9 @@ def _friction(diagnosis: Diagnosis) -> Content:
         meaning = f"{doubt}below {volts:.2g} V it does not move"
         return [with_error(volts, math.hypot(*errors), "V"), element("br"), element("small", meaning)]
     hidden = [one.largest for one in diagnosis.open_hypotheses if one.name in ("friction", "dead zone")]
-    return f"not known: up to {max(hidden):.2g} V would not show" if hidden else "none found"
+    if hidden:
+        return f"not known: up to {max(hidden):.2g} V would not show"
+    return "not known" if unexplained else "none found"
 
 
 def _odds(found: FoundEffect, path: str) -> Html:

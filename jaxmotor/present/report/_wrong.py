@@ -10,7 +10,7 @@ from jaxmotor.present.report._motor import spacing
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import Recording
-from jaxmotor.text import capital, named, nothing_left, of_rounding, plainly, seen_in
+from jaxmotor.text import capital, named, nothing_left, of_rounding, plainly, seen_in, voltage
 
 
 def wrong_section(story: Story) -> Content:
@@ -19,7 +19,7 @@ def wrong_section(story: Story) -> Content:
     volts = diagnosis.missing
     if not math.isfinite(volts.rms_V):
         return paragraph(_not_seen(story.recording))
-    rms = number(volts.rms_V, "missing_volts.before.rms_V", f"{1e3 * volts.rms_V:.3g} mV")
+    rms = number(volts.rms_V, "missing_volts.before.rms_V", voltage(volts.rms_V))
     text = (
         "In free simulation the linear motor drifts away from the measured shaft. The voltage that would have kept it "
         "there, the residual voltage, is "
@@ -82,7 +82,7 @@ def _table(diagnosis: Diagnosis) -> Content:
     if diagnosis.named:
         tables.append(_dependences("Residual voltage of the extended model", head, diagnosis.unexplained_dependences))
         left = diagnosis.left
-        rms = number(left.rms_V, "missing_volts.after.rms_V", f"{1e3 * left.rms_V:.3g} mV")
+        rms = number(left.rms_V, "missing_volts.after.rms_V", voltage(left.rms_V))
         tables.append(paragraph("The residual voltage of the extended model is ", rms, " rms."))
     return tables
 
