@@ -1,6 +1,5 @@
 """The emulated bench: found or built beside the package's sources, and started with a pseudo terminal."""
 
-import fcntl
 import os
 import re
 import selectors
@@ -9,6 +8,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
+from jaxmotor.bench._lock import lock
 from jaxmotor.bench._protocol import RecorderError
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
@@ -49,8 +49,8 @@ def find_or_build(firmware: Path = FIRMWARE) -> Path:
 
 def _make(firmware: Path) -> None:
     (firmware / "build").mkdir(exist_ok=True)
-    with open(firmware / "build" / ".lock", "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # several may come at once
+    with open(firmware / "build" / ".lock", "w") as file:
+        lock(file, wait=True)  # several may come at once
         command = ["make", "-C", str(firmware), "firmware", "emulator"]
         result = subprocess.run(command, check=False, capture_output=True, text=True)
     if result.returncode:

@@ -6,7 +6,6 @@ damaged is read up to where it is whole, and what is not is said. Before each ru
 
 import dataclasses
 import errno
-import fcntl
 import json
 import math
 import os
@@ -18,6 +17,7 @@ from typing import Any
 
 from jaxmotor.bench._assemble import Run
 from jaxmotor.bench._board import board_of
+from jaxmotor.bench._lock import lock
 from jaxmotor.bench._log import RunLog
 from jaxmotor.bench._plan import MAX_TICKS, NEEDED, Experiment, Plan
 from jaxmotor.bench._protocol import Begin, Decoder, End, RecorderError, RunEnd, checksum
@@ -44,7 +44,7 @@ class Journal:
         **Raises:** `RecorderError` where the file cannot be written, or another recorder writes it.
         """
         self.path = path
-        flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_NONBLOCK
+        flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | getattr(os, "O_NONBLOCK", 0)
         try:
             self._file = os.open(path, flags, 0o666)
         except OSError as error:
@@ -53,7 +53,7 @@ class Journal:
             os.close(self._file)
             raise RecorderError(f"{path}: is no file, but the journal's place; remove it, or name another output")
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(self._file, wait=False)
         except OSError as error:
             os.close(self._file)
             raise RecorderError(f"{path}: another recorder is writing this file; name another output") from error

@@ -22,7 +22,7 @@ from jaxmotor.estimate import (
 from jaxmotor.prediction import Batch, Packed, Problem, as_problem
 from jaxmotor.recording import Recording
 
-LANE_STEP = 4
+SEQUENCE_STEP = 4
 """Numbers of sequences are rounded up to a multiple of this."""
 LEAST_PIECES, LEAST_CLUSTERS = 32, 32
 
@@ -87,7 +87,7 @@ def _padded(packed: Packed) -> Problem:
     empty = {"piece": pieces, "cluster": clusters, "duration": 1.0}
     padded = []
     for name, array in batch._asdict().items():
-        more = np.full((-number % LANE_STEP, *array.shape[1:]), empty.get(name, 0), array.dtype)
+        more = np.full((-number % SEQUENCE_STEP, *array.shape[1:]), empty.get(name, 0), array.dtype)
         padded.append(np.concatenate([array, more]) if array.ndim and len(more) else array)
     return dataclasses.replace(as_problem(packed), batch=Batch(*padded), pieces=pieces, clusters=clusters)
 

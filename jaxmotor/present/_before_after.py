@@ -56,7 +56,7 @@ def loop_before_after(gain: LoopGain, *, axes: OnAxes = None) -> Figure:
 
 def best_gain(diagnosis: Diagnosis) -> tuple[Trace, Trace]:
     """The traces, linear and extended, of the held-out segment whose squared error fell most, in proportion; of the
-    fitted ones where none was held out. Where the shaft turns, if it does anywhere: a fit is of a speed that changes."""
+    fitted ones where none was held out. Only segments in which the speed changes, if there are any."""
     scores = diagnosis.held_out if diagnosis.held_out.traces_before else diagnosis.whole
     pairs = list(zip(scores.traces_before, scores.traces_after, strict=True))
     turning = [pair for pair in pairs if math.isfinite(fit_percent(pair[:1]))] or pairs

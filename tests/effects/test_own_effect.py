@@ -212,7 +212,10 @@ class Placeless(AbstractTorqueEffect):
         (torque(holds_by="volts"), "Own.holds_by is 'volts', which is none of its parameters"),
         (torque(family=("drag",)), "Own.family is a list of 1; give a text, such as 'friction'"),
         (torque(excludes="stiction"), "Own.excludes is 'stiction'; give a tuple"),
-        (torque(relatives=("sensor_lag",)), "Own.relatives has sensor_lag, which has not one parameter of the same unit"),
+        (
+            torque(relatives=("sensor_lag",)),
+            "Own.relatives has sensor_lag, which has not one parameter of the same unit",
+        ),
         (WithoutUnit, "WithoutUnit.width has no unit: make it a parameter"),
         (OfNoKind, "the kind of OfNoKind.width is 'round'; it is one of positive, signed"),
         (WithoutPhase, "WithoutPhase has an amplitude; it needs a parameter phase_rad"),

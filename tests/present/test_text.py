@@ -1,6 +1,7 @@
 """Names from files are shown as they are, never read as mathematics."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -12,9 +13,10 @@ from matplotlib.figure import Figure
 from present_rig import AWKWARD
 
 from jaxmotor.cli._text import fit_text
+from jaxmotor.motor.effects import EFFECTS, told_parameters
 from jaxmotor.present import position_drift, simulation
 from jaxmotor.present._style import plain
-from jaxmotor.text import spoken, with_bracket
+from jaxmotor.text import key_title, parameter_title, spoken, voltage, with_bracket
 
 
 @settings(max_examples=30)
@@ -84,3 +86,36 @@ def test_an_interval_of_no_width_is_none(interval, shown):
 def test_names_of_effects_are_words():
     text = "a ramp tells coulomb_friction from load_torque, not from some_thing"
     assert spoken(text) == "a ramp tells Coulomb friction from load torque, not from some_thing"
+    note = "shaft_compliance: this recording does not determine damping_ratio, frequency_Hz"
+    assert spoken(note) == "shaft compliance: this recording does not determine damping ratio, frequency"
+
+
+@pytest.mark.parametrize("effect", sorted(EFFECTS))
+def test_parameters_have_names_without_units(effect):
+    titles = [parameter_title(name) for name in told_parameters(EFFECTS[effect])]
+    assert len(set(titles)) == len(titles) and not [title for title in titles if "_" in title]
+    assert not [title for title in titles if re.search(r"(^|[a-z] )(V|s|rad|Hz|per)$", title)]
+
+
+@pytest.mark.parametrize(
+    ("key", "title"),
+    [
+        ("lost_samples", "lost samples"),
+        ("counts_per_rev", "counts per turn"),
+        ("reference_rad_s", "reference (rad/s)"),
+        ("duty_delay_s", "duty delay (s)"),
+        ("from_V", "from (V)"),
+        ("firmware", "firmware"),
+        ("odd <b>key</b>", "odd <b>key</b>"),
+    ],
+)
+def test_keys_of_a_header_are_words_with_units(key, title):
+    assert key_title(key) == title
+
+
+@pytest.mark.parametrize(
+    ("volts", "shown"),
+    [(0.1309, "131 mV"), (0.0004, "0.4 mV"), (0.9994, "999 mV"), (0.9997, "1 V"), (1.3704, "1.37 V"), (-2.0, "-2 V")],
+)
+def test_a_voltage_has_no_power_of_ten(volts, shown):
+    assert voltage(volts) == shown

@@ -16,12 +16,13 @@ from report_pages import HOSTILE, Page, check_closed, check_readable, contrast, 
 
 from jaxmotor.cli import main
 from jaxmotor.diagnosis import MissingVolts, to_json
-from jaxmotor.estimate import Allowed, OpenHypothesis
+from jaxmotor.estimate import Allowed, OpenHypothesis, fit_percent
 from jaxmotor.estimate import to_json as fit_json
 from jaxmotor.present import report as reports
 from jaxmotor.present.report import report_page
 from jaxmotor.present.report._html import Html, element, escaped
 from jaxmotor.recording import import_log, read, write
+from jaxmotor.validation import Interval
 from jaxmotor.validation import to_json as validation_json
 
 MOTORS = ("linear", "extended")
@@ -281,8 +282,103 @@ def test_unexplained_is_said(told):
     page = Page(report_page(dataclasses.replace(told[0], diagnosis=diagnosis), "0"))
     words = "".join(page.words)
     assert "no effect is named: this says what it depends on, not why." in words
-    assert "no effect in the vocabulary explains the rest" in words
+    assert "A linear motor explains a part of what this motor does; no known effect explains the residual." in words
+    assert "none found" not in first_screen(page) and "friction not known" in first_screen(page)
     assert diagnosis.looks_like is not None and diagnosis.looks_like.text in words
+
+
+def unlikely(found, of_family=0.13):
+    """`found`, and what it may be instead, next to impossible."""
+    return dataclasses.replace(found, probability=0.0004, family_probability=0.0009, of_family=of_family)
+
+
+def test_the_first_sentence_names_no_more_than_the_bars_do(told):
+    """What is below 50 % in the bars is no part of the sentence; a family above it is."""
+    [found] = told[0].diagnosis.effects
+
+    def words(verdict, *effects):
+        diagnosis = dataclasses.replace(told[0].diagnosis, effects=effects, verdict=verdict)
+        return first_screen(Page(report_page(dataclasses.replace(told[0], diagnosis=diagnosis), "0")))
+
+    unexplained = words("unexplained", unlikely(found))
+    assert "A linear motor explains a part of what this motor does; no known effect explains" in unexplained
+    assert "friction not known" in unexplained and "no effect is named" in unexplained
+    likely = words("unexplained", unlikely(found, 0.75))
+    assert "A linear motor with friction or a loss like it (most like Coulomb friction) explains a part" in likely
+    extended = words("extended", unlikely(found))
+    assert "This is a linear motor with an effect that this recording does not determine; that explains" in extended
+    assert all("vocabulary" not in one for one in (unexplained, likely, extended))
+
+
+def scored(diagnosis, interval, **changes):
+    """`diagnosis` with this fit of held-out data."""
+    intervals = dataclasses.replace(diagnosis.held_out.after_intervals, fit_percent=Interval(*interval))
+    held_out = dataclasses.replace(diagnosis.held_out, after_intervals=intervals)
+    return dataclasses.replace(diagnosis, held_out=held_out, **changes)
+
+
+@pytest.mark.parametrize(
+    ("interval", "how"),
+    [
+        ((0.7, 0.7, 0.7), "hardly better than their mean does (fit 0.7 %, that"),
+        ((20.0, -3.0, 41.0), "not surely better than their mean does (fit 20.0 % [-3, 41], that"),
+        ((60.0, 51.0, 68.0), None),
+    ],
+)
+def test_a_model_that_predicts_nothing_gives_no_numbers(told, interval, how):
+    def words(**changes):
+        diagnosis = scored(told[0].diagnosis, interval, **changes)
+        return first_screen(Page(report_page(dataclasses.replace(told[0], diagnosis=diagnosis), "0")))
+
+    found = words(verdict="unexplained")
+    if how is None:
+        assert "do not use" not in found and "not to be used" not in found and "not surely" not in found
+    else:
+        assert f"The model predicts held-out data {how} of the mean is 0 %): do not use its numbers." in found
+        assert re.search(r"speed per volt not known fitted: [\d.]+ ± [\d.]+ rpm/V, not to be used", found)
+        assert "time constant not known" in found and "friction not known" in found
+    # Where all that is left is noise, a low fit is that of the noise, and the intervals know it.
+    assert "do not use" not in words(verdict="extended")
+
+
+def test_the_picture_shows_what_its_caption_says(told):
+    """The segment in which the squared error fell most in proportion, not the one with the largest error."""
+    diagnosis = told[0].diagnosis
+    scores = diagnosis.held_out
+    pairs = list(zip(scores.traces_before, scores.traces_after, strict=True))
+    falls = {
+        before.segment: 1 - np.sum(after.residual_rad_s**2) / np.sum(before.residual_rad_s**2)
+        for before, after in pairs
+        if np.isfinite(fit_percent((before,)))
+    }
+    best = max(falls, key=falls.__getitem__)
+    assert len(falls) > 1 and falls[best] > 0
+    words = first_screen(Page(told[2].read_text(encoding="utf-8")))
+    said = re.search(r"lower the squared error most, by (> )?(\d+) %: .*?\(segment (\d+)\)", words)
+    assert int(said[3]) == best and (said[1] or int(said[2]) == round(100 * falls[best]))
+
+
+def test_the_file_is_named_once(told):
+    """Beside a motor's name; where there is none it is the title."""
+    name, story = told[0].recording.name, told[0]
+    nameless = dataclasses.replace(story, recording=dataclasses.replace(story.recording, header={}))
+    for one in (story, nameless):
+        assert first_screen(Page(report_page(one, "0"))).count(name) == 1
+
+
+def test_names_are_those_of_people(told):
+    """No name of the JSON or of the file's header stands outside the JSON and the plans."""
+    recording = dataclasses.replace(told[0].recording, header={"lost_samples": 3, "gear_play_rad": 0.5})
+    found = told[0].diagnosis.effects[0]
+    note = "shaft_compliance: this recording does not determine damping_ratio"
+    diagnosis = dataclasses.replace(told[0].diagnosis, effects=(found,), notes=(note,))
+    text = report_page(dataclasses.replace(told[0], recording=recording, diagnosis=diagnosis), "0")
+    shown = re.sub(r"<(script|style|pre|svg)\b.*?</\1>", "", text, flags=re.S)
+    words = html.unescape(" ".join(re.sub(r"<[^>]*>", " ", shown).split()))
+    assert not re.findall(r"\b[a-z]+_[A-Za-z0-9_]+", words)
+    assert words.count("this recording does not determine damping ratio") == 1
+    assert "lost samples 3" in words and "gear play (rad) 0.5" in words and "amplitude (V) = " in words
+    assert "Parameters of Coulomb friction parameter value 95 % interval voltage " in words
 
 
 def test_colours_can_be_told_from_the_paper(page):
@@ -314,7 +410,7 @@ def test_correlations_are_those_of_the_joint_covariance(told, page):
     words = "".join(page.words)
     table = words.partition("Near ±1 the recording")[2]
     friction = joint.names.index("coulomb_friction.volts_V")
-    told_ = re.search(r"Coulomb friction, volts([+-][\d.]{4})([+-][\d.]{4})", table)
+    told_ = re.search(r"Coulomb friction, voltage([+-][\d.]{4})([+-][\d.]{4})", table)
     for place, shown in enumerate(told_.groups()):
         wanted = joint.covariance[friction, place] / error[friction] / error[place]
         assert float(shown) == pytest.approx(wanted, abs=0.0051)

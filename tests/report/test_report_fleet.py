@@ -79,6 +79,33 @@ def test_numbers_are_those_of_the_population(told):
     assert len(outside["x"]) == 1 and "odd" in outside["at"][0] and outside["value"] == ["90"]
 
 
+def words_of(page):
+    return " ".join("".join(f" {word}" for word in page.words).split())
+
+
+def test_the_first_screen_says_what_came_of_it(told):
+    path, page, friction = told
+    found = population(
+        read_results(path), ("gain_rad_s_V", "pole_rad_s", *(("coulomb_friction_V",) if friction else ()))
+    )
+    gain, pole = (float(size) for size in found.sizes(found.mean)[:2])
+    first = words_of(page).partition("What the motors have in common")[0]
+    assert "39 of 40 motors were identified." in first and "1 does not belong with the others." in first
+    assert f"turns at {60 * gain / (2 * np.pi):.4g} rpm/V" in first
+    assert f"{100 * found.spread[0]:.2g} %), with a time constant of {1e3 / pole:.4g} ms" in first
+
+
+def test_of_a_few_motors_nobody_knows_who_belongs(tmp_path):
+    write_rows(rows(False)[:4], tmp_path / "r.parquet", {})
+    words = words_of(Page(fleet_page(tmp_path / "r.parquet")))
+    assert (
+        "4 of 4 motors were identified. They are too few to say how they differ, or which one does not belong." in words
+    )
+    assert "do not belong not known" in words and "Not known: 4 motors with gain and pole are too few to tell" in words
+    table = words.partition("All motors")[2].partition("All motors")[2]
+    assert table.count("not known") == 4 and " yes " not in table and " no " not in table
+
+
 FRICTION_V, BETWEEN, ERROR = 0.2, 0.02, 0.015
 PLACES = ("median", "least", "largest", "spread")
 

@@ -83,7 +83,9 @@ def _check_name(effect: type[AbstractEffect], built_in: Effects) -> None:
             raise JaxmotorError(f"{effect.__name__}.{relation} is {shown(names)}; give a tuple of names of effects")
     for near in effect.relatives if set(effect.relatives) <= set(built_in) else ():
         if _units(built_in[near]) != _units(effect):
-            raise JaxmotorError(f"{effect.__name__}.relatives has {near}, which has not one parameter of the same unit as it")
+            raise JaxmotorError(
+                f"{effect.__name__}.relatives has {near}, which has not one parameter of the same unit as it"
+            )
 
 
 def _units(effect: type[AbstractEffect]) -> list[str]:

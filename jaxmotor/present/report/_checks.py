@@ -3,7 +3,7 @@
 from jaxmotor.present._validation import controller, step_trials
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
-from jaxmotor.present.report._page import figure
+from jaxmotor.present.report._page import figure, runs
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import ranges
 from jaxmotor.text import compared, with_bracket
@@ -32,15 +32,10 @@ def checks_section(story: Story) -> Content:
     drawn: list[Content] = [_steps(k, steps) for k, steps in enumerate(validation.steps)]
     loops: list[Content] = [_loop(k, loop) for k, loop in enumerate(validation.closed_loop)]
     for title, items in (("steps", drawn), ("closed loops", loops)):
-        content.append(_beside(items[:MOST]))
+        content.append(runs(items[:MOST]))
         if items[MOST:]:
-            content.append(details(f"More {title} ({len(items) - MOST})", _beside(items[MOST:])))
+            content.append(details(f"More {title} ({len(items) - MOST})", runs(items[MOST:])))
     return content
-
-
-def _beside(items: list[Content]) -> Content:
-    """Runs in two columns on paper."""
-    return element("div", items, class_="runs") if items else None
 
 
 def _steps(place: int, steps: StepTrials) -> Html:

@@ -11,7 +11,7 @@ from jaxmotor.present._autocorrelation import autocorrelation
 from jaxmotor.present._before_after import before_after, best_gain, loop_before_after, squared_error_fall
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, details, element, number, paragraph, table
-from jaxmotor.present.report._page import figure
+from jaxmotor.present.report._page import figure, runs
 from jaxmotor.present.report._story import Story
 from jaxmotor.recording import Recording
 from jaxmotor.text import (
@@ -117,10 +117,11 @@ def gain_section(story: Story) -> Content:
     if diagnosis.held_out.traces_before:
         content.append(details("Each held-out segment", _runs(diagnosis, story.recording)))
     content.append(details("Autocorrelation of the residual", _white(diagnosis)))
-    return content + [_loop(place, gain, diagnosis) for place, gain in enumerate(diagnosis.closed_loop[:MOST_LOOPS])]
+    loops = [_loop(place, gain, diagnosis) for place, gain in enumerate(diagnosis.closed_loop[:MOST_LOOPS])]
+    return [*content, runs(loops)]
 
 
-def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
+def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Html:
     """A closed loop as both motors would have run it, with the numbers that a controller is judged by."""
     before, after, extended = gain.before, gain.after, bool(diagnosis.named)
     rows = []
@@ -137,7 +138,8 @@ def _loop(place: int, gain: LoopGain, diagnosis: Diagnosis) -> Content:
     head = ["", "measured", "linear", *(["extended"] if extended else [])]
     caption = capital(loop_of(gain))
     drawn = drawing(loop_before_after(gain), f"gain-{place}", alt=f"Speed in the {loop_of(gain)}")
-    return [figure(drawn, caption), table("The header's controller on both motors, with 95 % intervals", head, rows)]
+    told = table("The header's controller on both motors, with 95 % intervals", head, rows)
+    return element("div", figure(drawn, caption), told, class_="run")
 
 
 def _scores(diagnosis: Diagnosis) -> Content:

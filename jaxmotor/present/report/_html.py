@@ -103,13 +103,8 @@ def table(caption: str, head: Iterable[Content], rows: Iterable[Iterable[Content
     """A table whose first column names its rows."""
     columns = element("tr", [element("th", cell, scope="col") if cell else element("td") for cell in head])
     body = [_row(list(row)) for row in rows]
-    whole = element(
-        "table",
-        element("caption", element("span", caption)),
-        element("thead", columns),
-        element("tbody", body),
-        **attributes,
-    )
+    title = element("caption", element("span", caption))
+    whole = element("table", title, element("thead", columns), element("tbody", body), **attributes)
     # Wide tables scroll by themselves; who has no mouse must reach them, too.
     return element("div", whole, class_="wide", tabindex="0", role="region", aria_label=caption)
 

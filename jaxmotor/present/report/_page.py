@@ -65,6 +65,11 @@ def figure(drawing: Content, caption: Content) -> Html:
     return element("figure", drawing, element("figcaption", caption, " ", button))
 
 
+def runs(blocks: Sequence[Content]) -> Content:
+    """Blocks below each other; on paper two beside each other."""
+    return element("div", blocks, class_="runs") if blocks else None
+
+
 def cards(entries: Iterable[tuple[str, Content]]) -> Html:
     """Few numbers that are looked for first."""
     pairs = [element("div", element("dt", name), element("dd", value)) for name, value in entries]

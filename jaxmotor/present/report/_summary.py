@@ -104,7 +104,7 @@ def _sentence(diagnosis: Diagnosis) -> str:
         score = diagnosis.held_out.after_intervals.fit_percent
         shown = f"fit {score.value:.1f} %{bracket(score)}, that of the mean is 0 %"
         how = "hardly" if score.value < LITTLE_FIT else "not surely"
-        part = f" (likely, but not enough: {names})" if names else ""
+        part = f"; likely, but not enough: {names}" if names else ""
         return SENTENCES["useless"].format(names=part, data=_data(diagnosis), how=how, score=shown)
     if diagnosis.verdict == "unexplained" and names:
         names = f" with {names}"
