@@ -53,7 +53,8 @@ def test_test_files_have_names_of_their_own():
 
 def test_all_but_recording_works_where_files_cannot_be_locked(tmp_path, monkeypatch):
     """As on Windows; pyserial's own code for Linux is loaded before the module is hidden."""
-    code = "import serial, sys; sys.modules['fcntl'] = None; from jaxmotor.cli import main; sys.exit(main(sys.argv[1:]))"
+    hidden = "import serial, sys; sys.modules['fcntl'] = None"
+    code = f"{hidden}; from jaxmotor.cli import main; sys.exit(main(sys.argv[1:]))"
     asked = ["encoder", "--counts-per-rev", "617.4", "-o", str(tmp_path)]
     done = subprocess.run([sys.executable, "-c", code, *asked], capture_output=True, text=True, check=False)
     assert done.returncode == 0 and (tmp_path / "encoder.png").exists(), done.stderr

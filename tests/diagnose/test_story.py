@@ -122,7 +122,7 @@ def test_the_story_names_the_cause_and_what_it_is_worth():
     text = " ".join(diagnosis_text(found).split())
     held_out = found.held_out
     for part in (
-        f"lacks {1e3 * found.missing.rms_V:.3g} mV rms at the motor",
+        f"the residual voltage of the linear model is {1e3 * found.missing.rms_V:.3g} mV rms at the motor",
         "a torque that depends on the speed",
         f"coulomb_friction (probability {percent(found.effects[0].probability)}",
         "): dry friction takes",
