@@ -131,7 +131,7 @@ PYTHON = {
     'write_library("x", 5)': "int is not a library",
     "present.overview(5)": "recording is no Recording, but of type int",
     'present.overview("linear.csv")': "recording is no Recording, but of type str",
-    "present.missing(model)": "diagnosis is no Diagnosis, but of type Model",
+    "present.residual_voltage(model)": "diagnosis is no Diagnosis, but of type Model",
     "present.simulation(recording)": "fit is no Fit or OpenLoop, but of type Recording",
     "present.simulation(model, recording)": "fit is no Fit or OpenLoop, but of type Model",
     "present.residuals(model)": "fit is no Fit, but of type Model",

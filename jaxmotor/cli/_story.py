@@ -58,15 +58,15 @@ def _part(title: str, sentences: list[str]) -> list[str]:
 
 
 def _wrong(diagnosis: Diagnosis) -> list[str]:
-    missing = diagnosis.missing
-    if not math.isfinite(missing.rms_V):
+    residual = diagnosis.residual_voltage
+    if not math.isfinite(residual.rms_V):
         return []
-    size = f"{voltage(missing.rms_V)} rms at the motor"
-    residual = f"the residual voltage of the linear model is {size}{of_rounding(missing)}"
+    size = f"{voltage(residual.rms_V)} rms at the motor"
+    told = f"the residual voltage of the linear model is {size}{of_rounding(residual)}"
     if diagnosis.verdict == "complete" or diagnosis.undecided:
-        return [residual, nothing_left()]
+        return [told, nothing_left()]
     most = MOST if diagnosis.verdict == "unexplained" else MOST - 1
-    return [residual, *(seen_in(one) for one in diagnosis.dependences[:most] if one.beyond_chance)]
+    return [told, *(seen_in(one) for one in diagnosis.dependences[:most] if one.beyond_chance)]
 
 
 def _why(diagnosis: Diagnosis) -> list[str]:

@@ -12,8 +12,8 @@ from jaxmotor.diagnosis._json import to_json as to_json
 from jaxmotor.diagnosis._learned_law import LearnedLaw as LearnedLaw
 from jaxmotor.diagnosis._learned_law import Resemblance as Resemblance
 from jaxmotor.diagnosis._loops import LoopGain as LoopGain
-from jaxmotor.diagnosis._missing import MissingVolts as MissingVolts
-from jaxmotor.diagnosis._missing import missing_volts as missing_volts
 from jaxmotor.diagnosis._request import Progress as Progress
 from jaxmotor.diagnosis._residual_dependence import Dependence as Dependence
 from jaxmotor.diagnosis._residual_dependence import dependences as dependences
+from jaxmotor.diagnosis._residual_voltage import ResidualVoltage as ResidualVoltage
+from jaxmotor.diagnosis._residual_voltage import residual_voltage as residual_voltage

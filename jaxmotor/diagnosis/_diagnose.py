@@ -104,9 +104,9 @@ def diagnose(
         whole=before_after(fit.fitted, before.scored, after.scored, seed),
         adds_up=float(study.trial.memory) > 0,
         closed_loop=loop_gains(study, found, seed),
-        missing=before.missing,
+        residual_voltage=before.residual_voltage,
         dependences=before.dependences,
-        left=after.missing,
+        unexplained_voltage=after.residual_voltage,
         unexplained_dependences=after.dependences,
         learned=tuple(laws.values()),
         experiments=_experiments(study, found.fitted, indistinguishable, {one.name for one in every if one.is_told}),
@@ -145,7 +145,7 @@ def _verdict(known: Explanation, held: HeldOut) -> Verdict:
     disturbed = any(isinstance(effect, AbstractDisturbance) for effect in found.fitted.template.effects)
     if disturbed or not is_explained(study, found.fitted, found.linear):
         return "unexplained"
-    loud = after.missing.rms_V > 1.25 * after.missing.noise_V
+    loud = after.residual_voltage.rms_V > 1.25 * after.residual_voltage.noise_V
     if loud and after.dependences and after.dependences[0].beyond_chance and depends_on_time_only(after.dependences[0]):
         return "unexplained"
     return "extended" if found.named else "complete"

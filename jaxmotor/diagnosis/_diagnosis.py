@@ -10,8 +10,8 @@ from jaxmotor.diagnosis._experiment import Experiment
 from jaxmotor.diagnosis._found import NAMED
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._loops import LoopGain
-from jaxmotor.diagnosis._missing import MissingVolts
 from jaxmotor.diagnosis._residual_dependence import Coordinate, Dependence
+from jaxmotor.diagnosis._residual_voltage import ResidualVoltage
 from jaxmotor.estimate import (
     KEYS,
     Allowed,
@@ -186,11 +186,11 @@ class Diagnosis(Shown):
     """Motors were compared by residuals that add up over twenty ticks (`drift`), not row by row."""
     closed_loop: tuple[LoopGain, ...]
     """Both motors in the recording's closed loops."""
-    missing: MissingVolts
+    residual_voltage: ResidualVoltage
     """Residual voltage of the linear motor, window by window."""
     dependences: tuple[Dependence, ...]
-    """What the missing volts depend on, the most telling first."""
-    left: MissingVolts
+    """What the residual voltage depends on, the largest share first."""
+    unexplained_voltage: ResidualVoltage
     """Residual voltage of the extended motor."""
     unexplained_dependences: tuple[Dependence, ...]
     learned: tuple[LearnedLaw, ...]
@@ -238,7 +238,7 @@ class Diagnosis(Shown):
         if dependences and dependences[0].time_only and dependences[0].share > LEARNED:
             return dependences[0]
         if best is not None and best.share > max([LEARNED, *(one.share for one in dependences)]):
-            # The curve says it better than windows of the missing volts do.
+            # The curve says it better than windows of the residual voltage do.
             by_time = best.coordinate == "time"
             return Dependence(best.coordinate, best.text, best.share, 0.0, best.at, best.volts, time_only=by_time)
         return dependences[0] if dependences else Dependence.none()

@@ -6,9 +6,9 @@ from typing import NamedTuple
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, Explained, Found
 from jaxmotor.diagnosis._free import linear_of
-from jaxmotor.diagnosis._missing import MissingVolts, missing_volts
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
+from jaxmotor.diagnosis._residual_voltage import ResidualVoltage, residual_voltage
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
@@ -31,7 +31,7 @@ from jaxmotor.motor import Motor
 from jaxmotor.recording import Recording
 
 TIME_ONLY = 0.6
-"""Share of the missing volts that depends on time alone where something acts on the motor from outside."""
+"""Share of the residual voltage that depends on time alone where something acts on the motor from outside."""
 HALF = 0.5
 """Share of what a linear motor leaves that it may leave with a window of speeds which is the log's, where no effect is
 found."""
@@ -39,11 +39,11 @@ ROUNDS = 3
 """Times that a window of speeds is found anew with the effects that were found with the last one."""
 
 
-class Left(NamedTuple):
+class Residual(NamedTuple):
     """What a motor leaves of a recording."""
 
     scored: Scored
-    missing: MissingVolts
+    residual_voltage: ResidualVoltage
     dependences: tuple[Dependence, ...]
 
 
@@ -55,8 +55,8 @@ class Explanation(NamedTuple):
     """Of a recording that states how its speeds were made, where that is known."""
     search: Search
     found: Found
-    before: Left
-    after: Left
+    before: Residual
+    after: Residual
 
 
 class _Searched(NamedTuple):
@@ -64,7 +64,7 @@ class _Searched(NamedTuple):
     study: Study
     search: Search
     found: Found
-    before: Left
+    before: Residual
 
     @property
     def square(self) -> float:
@@ -75,7 +75,7 @@ class _Searched(NamedTuple):
 def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Explanation:
     """`recording`, whose linear motor `identify` has found as `fit`."""
     fit, study, search, found, before = _in_own_noise(_searched(recording, fit, request, seed))
-    after = _left(study, found.fitted, seed) if found.named else before
+    after = _residual(study, found.fitted, seed) if found.named else before
     if found.named and _is_disturbance(study, found, (*before.dependences, *after.dependences)):
         found, after = Found(found.linear, found.linear, (), {}, {}), before
     return Explanation(fit, study, search, found, before, after)
@@ -117,7 +117,7 @@ def _linear(recording: Recording, fit: Fit, first: Motor, request: Request) -> t
 
 def _begun(fit: Fit, study: Study, linear: Fitted, first: Motor, request: Request, seed: int) -> _Searched:
     """Before the search, which begins at the `linear` motor, or at the `first` one."""
-    before = _left(study, linear, seed)
+    before = _residual(study, linear, seed)
     request.tell(1)
     search = Search(study.solver, first, linear, rig_of(study.recording, study.trial))
     return _Searched(fit, study, search, Found(linear, linear, (), {}, {}), before)
@@ -145,7 +145,7 @@ def _extended(now: _Searched, seed: int) -> Found:
     """What a search finds."""
     return extended(
         now.search,
-        lambda fitted: _left(now.study, fitted, seed).dependences,
+        lambda fitted: _residual(now.study, fitted, seed).dependences,
         lambda fitted: is_explained(now.study, fitted, now.search.linear),
     )
 
@@ -181,12 +181,12 @@ def _in_own_noise(known: _Searched) -> _Searched:
     )
 
 
-def _left(study: Study, fitted: Fitted, seed: int) -> Left:
+def _residual(study: Study, fitted: Fitted, seed: int) -> Residual:
     """What `fitted` leaves."""
     after = scored(study.solver, fitted.motor, study.recording, study.packed, fitted.speeds)
     linear = fitted.motor.linear
-    missing = missing_volts(study.recording, after.traces, float(linear.gain), float(linear.pole))
-    return Left(after, missing, dependences(missing, seed))
+    voltage = residual_voltage(study.recording, after.traces, float(linear.gain), float(linear.pole))
+    return Residual(after, voltage, dependences(voltage, seed))
 
 
 def _is_disturbance(study: Study, found: Found, seen: tuple[Dependence, ...]) -> bool:

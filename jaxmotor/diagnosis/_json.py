@@ -7,8 +7,8 @@ from jaxmotor._json import plain
 from jaxmotor.diagnosis._diagnosis import BeforeAfter, Diagnosis, FoundEffect
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._loops import LoopGain
-from jaxmotor.diagnosis._missing import MissingVolts
 from jaxmotor.diagnosis._residual_dependence import Dependence
+from jaxmotor.diagnosis._residual_voltage import ResidualVoltage
 from jaxmotor.estimate import open_to_json
 from jaxmotor.prediction import noise_to_json
 from jaxmotor.validation import Interval
@@ -39,7 +39,7 @@ def to_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "whole": _before_after(diagnosis.whole),
         "closed_loop": [_loop(gain) for gain in diagnosis.closed_loop],
         "looks_like": None if like is None else {"coordinate": like.coordinate, "text": like.text},
-        "missing_volts": {"before": _volts(diagnosis.missing), "after": _volts(diagnosis.left)},
+        "missing_volts": {"before": _volts(diagnosis.residual_voltage), "after": _volts(diagnosis.unexplained_voltage)},
         "looks": {
             "before": _dependences(diagnosis.dependences),
             "after": _dependences(diagnosis.unexplained_dependences),
@@ -120,8 +120,8 @@ def _predicted(name: str, before: Interval, after: Interval) -> dict[str, Any]:
     return content
 
 
-def _volts(missing: MissingVolts) -> dict[str, float]:
-    return {"rms_V": missing.rms_V, "noise_V": missing.noise_V}
+def _volts(residual: ResidualVoltage) -> dict[str, float]:
+    return {"rms_V": residual.rms_V, "noise_V": residual.noise_V}
 
 
 def _dependences(dependences: tuple[Dependence, ...]) -> list[dict[str, Any]]:

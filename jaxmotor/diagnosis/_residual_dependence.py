@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from jaxmotor.diagnosis._missing import MissingVolts
+from jaxmotor.diagnosis._residual_voltage import ResidualVoltage
 
 Coordinate = Literal["speed", "angle", "time", "voltage", "frequency"]
 BINNED: tuple[tuple[Coordinate, str], ...] = (
@@ -62,17 +62,17 @@ class Dependence:
         return cls("frequency", text, 0.0, 0.0, np.zeros(0), np.zeros(0))
 
 
-def dependences(missing: MissingVolts, key: int = 0) -> tuple[Dependence, ...]:
+def dependences(residual: ResidualVoltage, key: int = 0) -> tuple[Dependence, ...]:
     """All dependences that the recording can show, the largest share first. `key` seeds the shuffles.
 
     Needs forty windows at least; with fewer there are none.
     """
-    if len(missing.volts) < 40 or np.ptp(missing.volts) == 0:
+    if len(residual.volts) < 40 or np.ptp(residual.volts) == 0:
         return ()
-    found = [_binned(coordinate, text, missing) for coordinate, text in BINNED]
-    found += [maker(missing) for maker in (_step, _angle, _periodic, _rates)]
+    found = [_binned(coordinate, text, residual) for coordinate, text in BINNED]
+    found += [maker(residual) for maker in (_step, _angle, _periodic, _rates)]
     views = [view for view in found if view is not None]
-    centred = missing.volts - missing.volts.mean()
+    centred = residual.volts - residual.volts.mean()
     shuffled = _shuffles(centred, key)
     every = [_assessed(view, centred, shuffled, len(views)) for view in views]
     return tuple(sorted(every, key=lambda one: -one.share))
@@ -135,8 +135,8 @@ def _orthonormal(columns: np.ndarray) -> np.ndarray:
     return basis[:, weights > 1e-9 * max(weights[0], 1e-300)]
 
 
-def _binned(coordinate: Coordinate, text: str, missing: MissingVolts) -> _View | None:
-    value, volts = missing.along(coordinate), missing.volts
+def _binned(coordinate: Coordinate, text: str, residual: ResidualVoltage) -> _View | None:
+    value, volts = residual.along(coordinate), residual.volts
     edges = np.unique(np.quantile(value, np.linspace(0, 1, BINS + 1)[1:-1]))
     bins = np.searchsorted(edges, value)
     used = np.unique(bins)
@@ -147,15 +147,15 @@ def _binned(coordinate: Coordinate, text: str, missing: MissingVolts) -> _View |
     return _View(coordinate, text, _orthonormal(members), members.T @ value / counts, members.T @ volts / counts)
 
 
-def _step(missing: MissingVolts) -> _View | None:
+def _step(residual: ResidualVoltage) -> _View | None:
     """The best single change in time."""
-    order = np.argsort(missing.time_s, kind="stable")
-    volts, size = missing.volts[order], len(order)
+    order = np.argsort(residual.time_s, kind="stable")
+    volts, size = residual.volts[order], len(order)
     cuts = np.arange(size // 20 + 1, size - size // 20)
     total = np.cumsum(volts - volts.mean())
     cut = int(cuts[np.argmax(total[cuts - 1] ** 2 / (cuts * (size - cuts)))])
-    when = float(missing.time_s[order[cut]])
-    after = (missing.time_s >= when).astype(float)
+    when = float(residual.time_s[order[cut]])
+    after = (residual.time_s >= when).astype(float)
     candidates = np.stack([(np.arange(size) >= c).astype(float) for c in cuts[:: max(1, len(cuts) // 60)]], axis=1)
     candidates = (candidates - candidates.mean(0)) / np.linalg.norm(candidates - candidates.mean(0), axis=0)
     basis = np.zeros((size, candidates.shape[1] + 1, 2), np.float32)
@@ -164,15 +164,15 @@ def _step(missing: MissingVolts) -> _View | None:
     before, behind = float(volts[:cut].mean()), float(volts[cut:].mean())
     return _View(
         "time", f"a change at t = {when:.1f} s, by {1e3 * (behind - before):+.0f} mV", basis,
-        np.array([missing.time_s.min(), when]), np.array([before, behind]), moment_s=when,
+        np.array([residual.time_s.min(), when]), np.array([before, behind]), moment_s=when,
     )  # fmt: skip
 
 
-def _angle(missing: MissingVolts) -> _View | None:
-    if np.isnan(missing.angle_rad).any() or np.ptp(missing.angle_rad) < 2 * np.pi:
+def _angle(residual: ResidualVoltage) -> _View | None:
+    if np.isnan(residual.angle_rad).any() or np.ptp(residual.angle_rad) < 2 * np.pi:
         return None
-    at, columns = np.linspace(0, 2 * np.pi, 73), _waves(missing.angle_rad)
-    weights = np.linalg.lstsq(columns, missing.volts)[0]
+    at, columns = np.linspace(0, 2 * np.pi, 73), _waves(residual.angle_rad)
+    weights = np.linalg.lstsq(columns, residual.volts)[0]
     size = np.hypot(weights[1::2], weights[2::2])
     best = int(np.argmax(size)) + 1
     text = f"something locked to the shaft's angle, {best} per turn, {1e3 * size[best - 1]:.0f} mV"
@@ -185,40 +185,40 @@ def _waves(angle: np.ndarray) -> np.ndarray:
     return np.stack([np.ones_like(angle), *waves], axis=1)
 
 
-def _periodic(missing: MissingVolts) -> _View | None:
+def _periodic(residual: ResidualVoltage) -> _View | None:
     """A sine over time, at whatever frequency explains most."""
-    duration = np.ptp(missing.time_s)
+    duration = np.ptp(residual.time_s)
     if duration < 2 / SLOWEST_Hz:
         return None
     steps = int(min(2 * duration * (FASTEST_Hz - SLOWEST_Hz), 2500))
     frequency = np.linspace(SLOWEST_Hz, FASTEST_Hz, steps)
-    turns = missing.time_s[:, None] * frequency
+    turns = residual.time_s[:, None] * frequency
     angle = (2 * np.pi * (turns - np.floor(turns))).astype(np.float32)
     basis = np.empty((*angle.shape, 2), np.float32)
     np.sin(angle, out=basis[..., 0])
     np.cos(angle, out=basis[..., 1])
-    basis *= np.float32(np.sqrt(2 / len(missing.volts)))
-    power = _pairs(basis, (missing.volts - missing.volts.mean())[:, None])[:, 0]
+    basis *= np.float32(np.sqrt(2 / len(residual.volts)))
+    power = _pairs(basis, (residual.volts - residual.volts.mean())[:, None])[:, 0]
     best = float(frequency[np.argmax(power)])
     return _View(
         "time",
         f"something periodic at {best:.2f} Hz",
         basis,
         frequency,
-        np.sqrt(2 * power / len(missing.volts)),
+        np.sqrt(2 * power / len(residual.volts)),
         frequency_Hz=best,
     )
 
 
-def _rates(missing: MissingVolts) -> _View | None:
+def _rates(residual: ResidualVoltage) -> _View | None:
     """Delays, lags and inertia: volts that go with the rate at which voltage and speed change."""
-    same = np.diff(missing.segment, prepend=-1) == 0
+    same = np.diff(residual.segment, prepend=-1) == 0
     columns = []
-    for value in (missing.input_V, missing.speed_rad_s):
+    for value in (residual.input_V, residual.speed_rad_s):
         change = np.where(same, np.diff(value, prepend=value[0]), 0.0)
         later = np.where(np.roll(same, -1), np.roll(change, -1), 0.0)
         columns += [change, later]
     text = "dynamics: a delay, a lag or a mass, seen where voltage and speed change"
     basis = _orthonormal(np.stack(columns, axis=1))
-    weights = basis.T @ (missing.volts - missing.volts.mean())
+    weights = basis.T @ (residual.volts - residual.volts.mean())
     return _View("frequency", text, basis, np.arange(len(weights), dtype=float), weights)

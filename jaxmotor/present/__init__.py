@@ -22,9 +22,9 @@ from jaxmotor.present._folder import write_diagnosis as write_diagnosis
 from jaxmotor.present._folder import write_fit as write_fit
 from jaxmotor.present._folder import write_validation as write_validation
 from jaxmotor.present._learned import learned as learned
-from jaxmotor.present._missing import missing as missing
 from jaxmotor.present._overview import overview as overview
 from jaxmotor.present._population import population_figure as population_figure
+from jaxmotor.present._residual_voltage import residual_voltage as residual_voltage
 from jaxmotor.present._save import save as save
 from jaxmotor.present._sine import position_drift as position_drift
 from jaxmotor.present._sine import sine_fit as sine_fit

@@ -14,8 +14,8 @@ from jaxmotor.present._bode import bode, bode_models
 from jaxmotor.present._causes import causes, probabilities
 from jaxmotor.present._fit import residuals, simulation
 from jaxmotor.present._learned import learned
-from jaxmotor.present._missing import missing
 from jaxmotor.present._overview import overview
+from jaxmotor.present._residual_voltage import residual_voltage
 from jaxmotor.present._save import save
 from jaxmotor.present._sine import position_drift, sine_fit
 from jaxmotor.present._validation import controller, step_trials
@@ -69,7 +69,7 @@ def fit_figures(fit: Fit, recording: Recording) -> dict[str, Figure]:
 
 def diagnosis_figures(diagnosis: Diagnosis) -> dict[str, Figure]:
     """The figures that `diagnosis` has the data for, by name."""
-    figures = {"missing": missing(diagnosis)} if len(diagnosis.missing.volts) else {}
+    figures = {"missing": residual_voltage(diagnosis)} if len(diagnosis.residual_voltage.volts) else {}
     if diagnosis.named:
         figures |= {
             "probabilities": probabilities(diagnosis),
@@ -100,7 +100,7 @@ def picture(result: object) -> Figure | None:
     if isinstance(result, Recording):
         return overview(result)
     if isinstance(result, Diagnosis):
-        return missing(result) if len(result.missing.volts) else None
+        return residual_voltage(result) if len(result.residual_voltage.volts) else None
     if isinstance(result, Model):
         return None if result.response is None else bode(result.response)
     loop = result.open_loop if isinstance(result, Validation) else None

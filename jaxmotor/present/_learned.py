@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.diagnosis import LearnedLaw
-from jaxmotor.present._missing import COORDINATES
+from jaxmotor.present._residual_voltage import COORDINATES
 from jaxmotor.present._style import BAND, BLACK, BLUE, OnAxes, Style, legend_below, panels, plain, styled
 
 BEST = Style(color=BLUE, linestyle="-", linewidth=1.8)

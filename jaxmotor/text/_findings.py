@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from jaxmotor._numbers import voltage
-from jaxmotor.diagnosis import Dependence, Diagnosis, FoundEffect, LoopGain, MissingVolts
+from jaxmotor.diagnosis import Dependence, Diagnosis, FoundEffect, LoopGain, ResidualVoltage
 from jaxmotor.estimate import Noise
 from jaxmotor.recording import ranges
 from jaxmotor.text._effects import family_of, named
@@ -38,11 +38,11 @@ def level_words(noise: Noise) -> str:
     return f"{noise.level / unit.si:.3g} {unit.name}{what}"
 
 
-def of_rounding(missing: MissingVolts) -> str:
+def of_rounding(residual: ResidualVoltage) -> str:
     """The part of the residual voltage that the encoder makes, after a comma; nothing where that is not known."""
-    if not math.isfinite(missing.noise_V):
+    if not math.isfinite(residual.noise_V):
         return ""
-    return f", of which the encoder's rounding makes {voltage(missing.noise_V)}"
+    return f", of which the encoder's rounding makes {voltage(residual.noise_V)}"
 
 
 def nothing_left() -> str:

@@ -82,7 +82,10 @@ def test_a_long_stage_is_said_again_where_there_is_no_terminal(monkeypatch, caps
 
 def test_what_is_interrupted_leaves_no_folder(log, tmp_path):
     folder = tmp_path / "new" / "results"
-    command = [sys.executable, "-m", "jaxmotor", "diagnose", log, "-o", folder]
+    # Ctrl-C counts also where the tests run in the background, in which a shell has programs ignore it.
+    heeds = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    code = f"import sys; {heeds}; from jaxmotor.cli import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", code, "diagnose", log, "-o", folder]
     environment = os.environ | {"JAXMOTOR_CACHE": str(tmp_path / "cache")}
     with subprocess.Popen(command, stderr=subprocess.PIPE, env=environment) as running:
         deadline = time.monotonic() + 30

@@ -13,7 +13,7 @@ from diagnosed import GAIN, POLE, RUNS, of
 from made import PERIOD, counted, held, motion, recording, sine, step
 
 from jaxmotor import diagnose, identify
-from jaxmotor.diagnosis import dependences, extended_model, missing_volts, to_json
+from jaxmotor.diagnosis import dependences, extended_model, residual_voltage, to_json
 from jaxmotor.diagnosis._split import split
 from jaxmotor.estimate import model_of
 from jaxmotor.validation import score_open_loop
@@ -25,7 +25,7 @@ CONTRACT = Path(__file__).parents[3] / "shared" / "contract.py"
 def test_nothing_hidden_is_complete(name):
     _, found = of(name)
     assert found.verdict == "complete" and found.looks_like is None and not found.effects
-    assert found.missing.rms_V == pytest.approx(found.missing.noise_V, rel=0.25)
+    assert found.residual_voltage.rms_V == pytest.approx(found.residual_voltage.noise_V, rel=0.25)
     assert found.held_out.after.chi2_per_sample == pytest.approx(1.0, abs=0.1)
     assert found.held_out.before.chi2_per_sample == pytest.approx(found.held_out.after.chi2_per_sample, rel=1e-9)
 
@@ -48,7 +48,7 @@ def test_the_cause_is_named_and_measured(name, cause, parameter, truth):
     # Steps repeat the same few rounding errors: their chi2 strays farther from 1 than the number of their ticks says.
     assert found.held_out.before.chi2_per_sample > 1.2 > 1.15 > found.held_out.after.chi2_per_sample
     assert found.held_out.drift_after < 0.2 * found.held_out.drift_before
-    assert found.left.rms_V < 0.5 * found.missing.rms_V
+    assert found.unexplained_voltage.rms_V < 0.5 * found.residual_voltage.rms_V
 
 
 @pytest.mark.parametrize(("name", "text"), [("late", "a change at t = "), ("periodic", "periodic at 3.3")])
@@ -82,7 +82,7 @@ def test_missing_volts_are_the_volts_that_are_missing():
     added = counted(angles, RUNS, rng)
     with jax.enable_x64(True):
         traces = score_open_loop(model_of(fit), added, tuple(range(len(RUNS)))).traces
-    found = missing_volts(added, traces, gain, pole)
+    found = residual_voltage(added, traces, gain, pole)
     # Away from the switches of the added voltage by more than a window.
     phase = found.time_s % 2
     off, on = (phase > 0.15) & (phase < 0.85), (phase > 1.15) & (phase < 1.85)
@@ -91,8 +91,8 @@ def test_missing_volts_are_the_volts_that_are_missing():
 
 
 def test_looks_are_the_same_for_the_same_key():
-    missing = of("friction")[1].missing
-    first, second = dependences(missing, 3), dependences(missing, 3)
+    residual = of("friction")[1].residual_voltage
+    first, second = dependences(residual, 3), dependences(residual, 3)
     assert [(one.text, one.share, one.chance) for one in first] == [(one.text, one.share, one.chance) for one in second]
 
 

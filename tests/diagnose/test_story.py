@@ -19,7 +19,7 @@ from jaxmotor.diagnosis._experiment import experiment
 from jaxmotor.diagnosis._study import study_of
 from jaxmotor.estimate import read_model
 from jaxmotor.motor.effects import EFFECTS, parameters
-from jaxmotor.present import before_after, diagnosis_figures, missing, write_diagnosis
+from jaxmotor.present import before_after, diagnosis_figures, residual_voltage, write_diagnosis
 from jaxmotor.present._before_after import best_gain
 from jaxmotor.recording import write
 from jaxmotor.text import named, odds, percent, sentence
@@ -122,7 +122,7 @@ def test_the_story_names_the_cause_and_what_it_is_worth():
     text = " ".join(diagnosis_text(found).split())
     held_out = found.held_out
     for part in (
-        f"the residual voltage of the linear model is {1e3 * found.missing.rms_V:.3g} mV rms at the motor",
+        f"the residual voltage of the linear model is {1e3 * found.residual_voltage.rms_V:.3g} mV rms at the motor",
         "a torque that depends on the speed",
         f"coulomb_friction (probability {percent(found.effects[0].probability)}",
         "): dry friction takes",
@@ -265,11 +265,11 @@ def test_one_segment_is_drawn_before_and_after():
 
 def test_a_few_windows_far_out_press_no_others_flat():
     _, found = of("friction")
-    far = found.missing.volts.copy()
+    far = found.residual_voltage.volts.copy()
     far[:2] = 40.0
-    most = 1e3 * np.abs(found.missing.volts).max()
-    odd = dataclasses.replace(found, missing=dataclasses.replace(found.missing, volts=far))
-    for ax in missing(odd).axes:
+    most = 1e3 * np.abs(found.residual_voltage.volts).max()
+    odd = dataclasses.replace(found, residual_voltage=dataclasses.replace(found.residual_voltage, volts=far))
+    for ax in residual_voltage(odd).axes:
         assert 0.3 * most < ax.get_ylim()[1] < 3 * most
 
 

@@ -13,6 +13,7 @@ from effect_cases import PERIOD, STEPS, SUPPLY, fast_turned, linear, motor, numb
 from jaxmotor.motor import SpeedLaw, simulate, warmth
 from jaxmotor.motor._motor import Motor, Rows, SpeedLoop, simulate_motor, steps_for
 from jaxmotor.motor.effects import EFFECTS, MeasuredLog, from_free, parameters, to_free, values_at
+from jaxmotor.text import capital, named
 
 pytestmark = pytest.mark.usefixtures("x64")
 PAGES = Path(__file__).parents[2] / "docs" / "effects"
@@ -67,7 +68,7 @@ def test_every_effect_has_a_page_that_names_its_parameters(name):
     text = (PAGES / f"{name}.md").read_text()
     assert all(f"`{key}`" in text for key in parameters(EFFECTS[name]))
     assert f"({name}.md)" in (PAGES / "index.md").read_text()
-    assert text.startswith(f"# `{name}`")
+    assert text.startswith(f"# {capital(named(name))} (`{name}`)\n")
 
 
 def test_pages_are_of_effects():

@@ -15,7 +15,7 @@ from opened import Watched
 from report_pages import HOSTILE, Page, check_closed, check_readable, contrast, hovers
 
 from jaxmotor.cli import main
-from jaxmotor.diagnosis import MissingVolts, to_json
+from jaxmotor.diagnosis import ResidualVoltage, to_json
 from jaxmotor.estimate import Allowed, OpenHypothesis, fit_percent
 from jaxmotor.estimate import to_json as fit_json
 from jaxmotor.present import report as reports
@@ -212,15 +212,15 @@ def test_same_story_same_page(told):
 def test_a_linear_motor_without_sines_or_steps(told):
     story = told[0]
     nothing = np.zeros(0)
-    empty = MissingVolts(*([nothing] * 6), noise_V=float("nan"))
+    empty = ResidualVoltage(*([nothing] * 6), noise_V=float("nan"))
     fit = dataclasses.replace(story.diagnosis.fit, frequency_response=None, floor_known=False)
     diagnosis = dataclasses.replace(
         story.diagnosis,
         fit=fit,
         effects=(),
         verdict="complete",
-        missing=empty,
-        left=empty,
+        residual_voltage=empty,
+        unexplained_voltage=empty,
         dependences=(),
         unexplained_dependences=(),
     )
@@ -249,7 +249,7 @@ def test_uneven_time_stamps_are_said(told, tmp_path):
     story = told[0]
     recording, steps = imported(tmp_path)
     assert recording.period_s is None
-    empty = MissingVolts(*([np.zeros(0)] * 6), noise_V=float("nan"))
+    empty = ResidualVoltage(*([np.zeros(0)] * 6), noise_V=float("nan"))
     after = dataclasses.replace(story.diagnosis.held_out.after, chi2_per_sample=0.28)
     own = range(len(recording.segments))
     whole = story.diagnosis.whole
@@ -259,8 +259,8 @@ def test_uneven_time_stamps_are_said(told, tmp_path):
         whole=dataclasses.replace(whole, **dict(zip(("traces_before", "traces_after"), sides, strict=True))),
         fit=dataclasses.replace(story.diagnosis.fit, floor_known=False, frequency_response=None),
         held_out=dataclasses.replace(story.diagnosis.held_out, after=after, traces_before=()),
-        missing=empty,
-        left=empty,
+        residual_voltage=empty,
+        unexplained_voltage=empty,
         adds_up=False,
     )
     changes = {"recording": recording, "validation": None, "not_validated": "no"}

@@ -61,7 +61,7 @@ motor_estimate_duty(struct motor_estimate *e, int16_t duty)
 
 
 class _States(NamedTuple):
-    """The filter's states in C, the motor's first, then the angle and the missing volts."""
+    """The filter's states in C, the motor's first, then the angle and the residual voltage."""
 
     names: tuple[str, ...]
     unit: np.ndarray
@@ -84,13 +84,13 @@ def _structure(estimator: Estimator, hardware: Hardware, states: _States) -> str
     second = "torque" in states.names
     torque = "    int32_t torque;   // as the speed that it would hold, 1/65536 count per tick\n" if second else ""
     return f"""\
-// Speed, angle and missing volts from counts: a steady Kalman filter, which knows encoder and friction.
+// Speed, angle and residual voltage from counts: a steady Kalman filter, which knows encoder and friction.
 // Standard deviation of the speed, as far as the model is right: {deviation:.3g} rad/s; a count difference has
 // {hardware.speed_noise_rad_s:.3g} rad/s, and is half a tick late. Start it with motor_estimate_begin at rest.
 struct motor_estimate {{
     int32_t speed;    // at the tick, 1/65536 count per tick
 {torque}    int32_t ahead;    // shaft's angle beyond the middle of the latched count, 1/65536 count
-    int32_t missing;  // what the model lacks, 1/65536 duty
+    int32_t missing;  // residual voltage, 1/65536 duty
     int32_t count;    // latched
     int32_t driven[{estimator.late + 2}];  // duties as a linear motor sees them, the latest first, 1/65536 duty
 }};
@@ -98,7 +98,7 @@ struct motor_estimate {{
 
 
 def _advance(estimator: Estimator, hardware: Hardware, states: _States) -> str:
-    """The states one tick later, as variables of their names; the missing volts stay."""
+    """The states one tick later, as variables of their names; the residual voltage stays."""
     rows = range(states.angle + 1)
     lines = [f"    int32_t {states.names[row]} = {_row(estimator, hardware, states, row)};" for row in rows]
     return "\n".join([*lines, *_friction(estimator, states)])

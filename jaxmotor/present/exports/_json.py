@@ -61,7 +61,7 @@ def _controllers(model: Model, design: Design) -> dict[str, Any]:
             "correction": np.asarray(estimator.correction).tolist(),
             "standard_deviation": np.asarray(estimator.standard_deviation).tolist(),
             "late_ticks": estimator.late,
-            "states": "speed [rad/s] [, torque as speed], angle [rad], missing volts [V]",
+            "states": "speed [rad/s] [, torque as speed], angle [rad], residual voltage [V]",
         },
     }
 

@@ -3,7 +3,7 @@
 import math
 
 from jaxmotor.diagnosis import Dependence, Diagnosis
-from jaxmotor.present._missing import COORDINATES, explained_percent, missing
+from jaxmotor.present._residual_voltage import COORDINATES, explained_percent, residual_voltage
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, bullets, details, number, paragraph, table
 from jaxmotor.present.report._motor import spacing
@@ -16,7 +16,7 @@ from jaxmotor.text import capital, named, nothing_left, of_rounding, plainly, se
 def wrong_section(story: Story) -> Content:
     """The residual voltage, in words, as pictures and as numbers."""
     diagnosis = story.diagnosis
-    volts = diagnosis.missing
+    volts = diagnosis.residual_voltage
     if not math.isfinite(volts.rms_V):
         return paragraph(_not_seen(story.recording))
     rms = number(volts.rms_V, "missing_volts.before.rms_V", voltage(volts.rms_V))
@@ -61,7 +61,7 @@ def _drawing(diagnosis: Diagnosis) -> Html:
         + "; ".join(f"{name} explains {_share(diagnosis.dependences, name)}" for name in COORDINATES)
         + " of its variance."
     )
-    return drawing(missing(diagnosis), "missing", alt=alt)
+    return drawing(residual_voltage(diagnosis), "missing", alt=alt)
 
 
 def _share(dependences: tuple[Dependence, ...], coordinate: str) -> str:
@@ -81,7 +81,7 @@ def _table(diagnosis: Diagnosis) -> Content:
     tables = [_dependences("Residual voltage of the linear model", head, diagnosis.dependences)]
     if diagnosis.named:
         tables.append(_dependences("Residual voltage of the extended model", head, diagnosis.unexplained_dependences))
-        left = diagnosis.left
+        left = diagnosis.unexplained_voltage
         rms = number(left.rms_V, "missing_volts.after.rms_V", voltage(left.rms_V))
         tables.append(paragraph("The residual voltage of the extended model is ", rms, " rms."))
     return tables

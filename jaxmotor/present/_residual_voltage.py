@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from jaxmotor.diagnosis import Dependence, Diagnosis, MissingVolts
+from jaxmotor.diagnosis import Dependence, Diagnosis, ResidualVoltage
 from jaxmotor.present import _style
 from jaxmotor.present._style import BLACK, BLUE, SILVER, SKY, VERMILLION, OnAxes, legend_below, panels, styled
 
@@ -27,7 +27,7 @@ COORDINATES = {
 
 
 @styled
-def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
+def residual_voltage(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """Residual voltage against speed, voltage, shaft angle and time: a dot for each window of 60 ms (of more than 1500,
     for evenly chosen ones), means of 24 bins.
 
@@ -37,15 +37,15 @@ def missing(diagnosis: Diagnosis, *, axes: OnAxes = None) -> Figure:
     """
     figure, axes = panels(2, 4.6, columns=2, share_x=False, share_y=True, axes=axes)
     for ax, (coordinate, label) in zip(axes.flat, COORDINATES.items(), strict=True):
-        if not np.isfinite(diagnosis.missing.along(coordinate)).any():
+        if not np.isfinite(diagnosis.residual_voltage.along(coordinate)).any():
             ax.set(xlabel=f"{label.partition(' (')[0]}: not known", xticks=[])
             continue
         ax.set_xlabel(label)
-        _rounding(ax, diagnosis.missing.noise_V)
+        _rounding(ax, diagnosis.residual_voltage.noise_V)
         extended = bool(diagnosis.named)
-        _view(ax, diagnosis.missing, coordinate, BEFORE, "linear model")
+        _view(ax, diagnosis.residual_voltage, coordinate, BEFORE, "linear model")
         if extended:
-            _view(ax, diagnosis.left, coordinate, AFTER, "extended model")
+            _view(ax, diagnosis.unexplained_voltage, coordinate, AFTER, "extended model")
         ax.set_title(_title(diagnosis, coordinate), loc="left")
     for ax in axes.flat:
         _span(ax, diagnosis)
@@ -79,13 +79,18 @@ def _rounding(ax: Axes, noise_V: float) -> None:
 
 def _span(ax: Axes, diagnosis: Diagnosis) -> None:
     """Without the few windows far out that would press all others flat."""
-    size = 1e3 * np.abs(np.concatenate([diagnosis.missing.volts, diagnosis.left.volts]))
+    size = 1e3 * np.abs(np.concatenate([diagnosis.residual_voltage.volts, diagnosis.unexplained_voltage.volts]))
     if size.any():
-        most = max(size[size <= 1.3 * np.quantile(size, 0.995)].max(), np.nan_to_num(2.2e3 * diagnosis.missing.noise_V))
+        most = max(
+            size[size <= 1.3 * np.quantile(size, 0.995)].max(),
+            np.nan_to_num(2.2e3 * diagnosis.residual_voltage.noise_V),
+        )
         ax.set_ylim(-1.05 * most, 1.05 * most)
 
 
-def _view(ax: Axes, volts: MissingVolts, coordinate: str, styles: tuple[_style.Style, _style.Style], name: str) -> None:
+def _view(
+    ax: Axes, volts: ResidualVoltage, coordinate: str, styles: tuple[_style.Style, _style.Style], name: str
+) -> None:
     at = volts.along(coordinate)
     known = np.isfinite(at)
     if not known.any():
@@ -100,6 +105,6 @@ def _title(diagnosis: Diagnosis, coordinate: str) -> str:
     before = explained_percent(diagnosis.dependences, coordinate)
     if not diagnosis.named:
         return f"{before:.0f} % explained" if before else "no more than chance"
-    ratio = (diagnosis.left.rms_V / max(diagnosis.missing.rms_V, 1e-300)) ** 2
+    ratio = (diagnosis.unexplained_voltage.rms_V / max(diagnosis.residual_voltage.rms_V, 1e-300)) ** 2
     after = ratio * explained_percent(diagnosis.unexplained_dependences, coordinate)
     return f"explains {before:.0f} % before, {after:.0f} % after" if before else "no more than chance"

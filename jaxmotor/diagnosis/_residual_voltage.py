@@ -23,7 +23,7 @@ SHORTEST = 6
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class MissingVolts:
+class ResidualVoltage:
     """One element per window, over all fitted segments."""
 
     volts: np.ndarray
@@ -56,7 +56,7 @@ class MissingVolts:
         }[coordinate]
 
 
-def missing_volts(recording: Recording, traces: tuple[Trace, ...], gain: float, pole: float) -> MissingVolts:
+def residual_voltage(recording: Recording, traces: tuple[Trace, ...], gain: float, pole: float) -> ResidualVoltage:
     """Residual voltage of the motor that made `traces` of `recording`, where ticks are even and a window lost none.
 
     `gain` [rad/s/V] and `pole` [rad/s] are those of its linear part.
@@ -64,7 +64,7 @@ def missing_volts(recording: Recording, traces: tuple[Trace, ...], gain: float, 
     angles = shaft_angles(recording) or [None] * len(recording.segments)
     parts = [_windows(recording, trace, angles[trace.segment], gain, pole) for trace in traces]
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    return MissingVolts(*columns, noise_V=_noise(recording, gain, pole))
+    return ResidualVoltage(*columns, noise_V=_noise(recording, gain, pole))
 
 
 def _windows(
