@@ -182,7 +182,7 @@ def _offset_error(content: dict[str, Any]) -> float:
     """Standard error of the voltage offset [V]; NaN where the file does not hold it."""
     errors = content.get("standard_error")
     error = errors.get(OFFSET) if isinstance(errors, dict) else None
-    return float(error) if isinstance(error, float | int) else math.nan
+    return error if isinstance(error, float) and 0 <= error < math.inf else math.nan
 
 
 @contextlib.contextmanager

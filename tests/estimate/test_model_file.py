@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -116,3 +117,14 @@ def test_damage_never_escapes(fit, tmp_path, data):
         read_model(stored(tmp_path, damaged))
     except JaxmotorError as error:
         assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize("error", [10**400, float("inf"), float("nan"), -1.0, "0.1", None, True, [0.1]])
+def test_an_offset_error_that_is_none_is_not_known(fit, tmp_path, error):
+    content = to_json(fit)
+    path = tmp_path / "m.json"
+    path.write_text(json.dumps(content))
+    assert read_model(path).offset_error_V == fit.offset_standard_error_V
+    content["standard_error"]["voltage_offset_V"] = error
+    path.write_text(json.dumps(content))
+    assert math.isnan(read_model(path).offset_error_V)
