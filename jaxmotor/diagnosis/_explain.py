@@ -89,7 +89,7 @@ def _searched(
     """
     first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
     study, linear = _linear(recording, fit, first, request)
-    sought = not (is_stated(recording) or study.timed or (fit.average and fit.average.kind == "filter"))
+    sought = not (is_stated(recording) or study.timed or (fit.average and not fit.average.is_fitted))
     if sought and earlier is None and linear.chi2 > EXPLAINED:
         earlier = _with_window(recording, fit, first, linear, request, seed)
         fit = dataclasses.replace(fit, average=_average(earlier, fit, linear) or fit.average)

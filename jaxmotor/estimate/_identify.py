@@ -20,12 +20,12 @@ from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model import ModelRig
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import sine_data, sine_segments
-from jaxmotor.estimate._speed_average import stated
+from jaxmotor.estimate._speed_average import SpeedAverage, average_by_rows, stated
 from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor import FirstOrder
-from jaxmotor.prediction import Packed, Problem, as_problem, pack, without_transients
+from jaxmotor.prediction import Packed, Problem, as_problem, pack, row_window, without_transients
 from jaxmotor.recording import Recording, Which, check, chosen_segments, recording_of
 
 METHODS = Literal["exact", "paper"]
@@ -43,6 +43,8 @@ class Prepared(NamedTuple):
     """Segments to fit."""
     held_out: tuple[int, ...]
     packed: Packed
+    average: SpeedAverage | None
+    """How speeds of uneven rows were averaged, where the header does not state it; `recording` does."""
     notes: tuple[str, ...]
 
 
@@ -83,6 +85,7 @@ def identify(
     fitted, held_out, packed, notes = prepared.fitted, prepared.held_out, prepared.packed, list(prepared.notes)
     problem = as_problem(packed)
     about = _about(recording, fitted, held_out)
+    recording = prepared.recording
     if method == "paper":
         return _paper(recording, packed, problem, fitted, notes, about)
     needs_more_than_one_frequency(recording, fitted)
@@ -99,7 +102,7 @@ def identify(
     if assessment.average is assessment.timing is None:
         notes += agreement(sines, assessment)
     return Fit(
-        **vars(assessment) | {"notes": (*notes, *assessment.notes)},
+        **vars(assessment) | {"average": assessment.average or prepared.average, "notes": (*notes, *assessment.notes)},
         method="exact",
         frequency_response=response,
         **about,
@@ -123,6 +126,7 @@ def best_guess(recording: Recording, why: str) -> Fit:
         covariance=np.diag([np.inf, np.inf]),
         offset_V=float(psi[1] / psi[0]),
         offset_standard_error_V=float("inf"),
+        average=prepared.average,
         method="exact",
         frequency_response=None,
         notes=(*prepared.notes, f"a linear motor alone: {why.partition(': ')[2] or why}"),
@@ -136,10 +140,15 @@ def prepare(recording: Recording, hold_out: Which = (), few_shapes: bool = False
 
     **Raises:** `JaxmotorError`, as `identify`.
     """
-    notes = check(recording)
+    check(recording)
     held_out = chosen_segments(recording, hold_out)
     fitted = _fitted(recording, held_out)
-    return Prepared(recording, fitted, held_out, pack(recording, fitted, few_shapes=few_shapes), notes)
+    window = row_window(recording, fitted)
+    average = None if window is None else average_by_rows(window)
+    recording = stated(recording, average)
+    packed = pack(recording, fitted, few_shapes=few_shapes)
+    own = () if average is None else (average.sentence,)
+    return Prepared(recording, fitted, held_out, packed, average, (*check(recording), *own))
 
 
 def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:

@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from jaxmotor.estimate._timing import Timing
+from jaxmotor.prediction import RowWindow, by_rows
 from jaxmotor.recording import Recording
 
 LOGS_OWN = "a property of the log, which its header does not state (speed_window_s)"
@@ -34,10 +35,22 @@ class SpeedAverage:
     """By how much the gain moves with `length_s` [rad/s/V per s]."""
     pole_per_s: float
     """The same of the pole [rad/s per s]."""
+    rows: int | None = None
+    """Each is a mean over so many last rows, in however long: then `length_s` is their usual length. None: over a fixed
+    time."""
+    as_even: bool = False
+    """What the shaft turned in `rows` rows was divided by their usual length, not by the time that they took."""
+
+    @property
+    def is_fitted(self) -> bool:
+        """A window of any length was fitted beside the motor."""
+        return self.kind == "window" and self.rows is None
 
     @property
     def sentence(self) -> str:
         """For people."""
+        if self.rows is not None:
+            return _by_rows(self.rows, self.as_even, self.length_s)
         length = _ms(self.length_s, self.standard_error_s)
         if self.kind == "filter":
             return (
@@ -54,6 +67,24 @@ class SpeedAverage:
             f"the speeds are late by {late} in all: {over}read as much before the voltage changes; here the two look "
             f"the same. It is {LOGS_OWN}"
         )
+
+
+def _by_rows(rows: int, as_even: bool, length_s: float) -> str:
+    last = "the last row" if rows == 1 else f"the last {rows} rows"
+    each = f"{1e3 * length_s:.4g} ms"
+    over = f"divided by {each}, however long they took" if as_even else f"in however long they took (mostly {each})"
+    return (
+        f"each speed is what the shaft turned in {last}, {over}: a property of the log, which its header does not "
+        "state (speed_window_rows)"
+    )
+
+
+def average_by_rows(window: RowWindow) -> SpeedAverage:
+    """Of speeds that are means over the last rows, which is exact."""
+    late = window.length_s / 2
+    return SpeedAverage(
+        "window", window.length_s, 0.0, late, 0.0, True, 0.0, 0.0, rows=window.rows, as_even=window.as_even
+    )
 
 
 def properties_of(
@@ -97,6 +128,8 @@ def stated(recording: Recording, average: SpeedAverage | None) -> Recording:
     """`recording` with a header that states what `average` found."""
     if average is None:
         return recording
+    if average.rows is not None:
+        return by_rows(recording, RowWindow(average.rows, average.as_even, average.length_s))
     window_s = 0.0 if average.kind == "filter" else stated_window(recording, average.length_s)
     return dataclasses.replace(recording, speed_window_s=window_s)
 

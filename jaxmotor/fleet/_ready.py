@@ -84,7 +84,7 @@ def _padded(packed: Packed) -> Problem:
         piece=np.where(batch.piece == packed.pieces, pieces, batch.piece),
         cluster=np.where(batch.cluster == packed.clusters, clusters, batch.cluster),
     )
-    empty = {"piece": pieces, "cluster": clusters, "duration": 1.0}
+    empty = {"piece": pieces, "cluster": clusters, "duration": 1.0, "span": 1.0}
     padded = []
     for name, array in batch._asdict().items():
         more = np.full((-number % SEQUENCE_STEP, *array.shape[1:]), empty.get(name, 0), array.dtype)

@@ -85,13 +85,14 @@ def _stated(problem: Problem, run: Run) -> _Window:
     batch, each = problem.batch, run.sensed_turn.ndim - 2
     back, part = (_by_row(values, each) for values in (batch.back, batch.part))
     number = jnp.arange(len(back), dtype=jnp.int32).reshape(-1, *(1,) * (back.ndim - 1))
-    return _Window(number - back.astype(jnp.int32), part, 0.0, problem.window)
+    return _Window(number - back.astype(jnp.int32), part, 0.0, problem.window * _by_row(batch.span, each))
 
 
 def _sought(problem: Problem, speeds: Float[Array, "*motors k"], length: Float[Array, "*motors"]) -> _Window:
     """Windows of any `length` [s], one for each motor."""
     batch, each = problem.batch, speeds.ndim - 1
-    shape, length = (batch.volts.shape[1], *speeds.shape[:-1], len(batch.volts)), jnp.expand_dims(length, (0, -1))
+    shape = (batch.volts.shape[1], *speeds.shape[:-1], len(batch.volts))
+    length = jnp.expand_dims(length, (0, -1)) * _by_row(batch.span, each)
     duration = jnp.broadcast_to(_by_row(batch.duration, each), (shape[0], *(1,) * each, shape[-1]))
     time = jnp.cumsum(duration, axis=0) - duration
     reset = _by_row(batch.reset, each)

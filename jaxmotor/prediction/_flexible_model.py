@@ -49,7 +49,7 @@ class LogRows(NamedTuple):
     back: np.ndarray
     part: np.ndarray
     turn: bool
-    window_s: float
+    window_s: np.ndarray
 
     @property
     def piece(self) -> np.ndarray:
@@ -88,12 +88,15 @@ class Flexible(NamedTuple):
     """(n,) measured minus fitted [rad/s], zero where there is no reading."""
 
 
-def responses(rows: LogRows, drives: np.ndarray, poles: np.ndarray, start: float = 0.0) -> np.ndarray:
-    """(n, c) speed as the log would show it of first-order lags x' = p (d - x) under (n, c) `drives` held over rows.
+def first_order(
+    rows: LogRows, drives: np.ndarray, poles: np.ndarray, start: np.ndarray | float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, c) speed at the rows, and turn until the next one, of first-order lags x' = p (d - x) under (n, c) `drives`
+    held over rows.
 
-    `poles` (c,) [rad/s]; pieces begin at `start` where their initial speed is not known, else at 0. Exact for uneven
-    rows and for means over a window: x and its integral at any time follow from x and d at the row before.
+    `poles` (c,) [rad/s]; pieces begin at `start`, a number or (n,), where their initial speed is not known, else at 0.
     """
+    start = np.broadcast_to(start, len(drives))
     decay = np.exp(-rows.duration[:, None] * poles)
     inject = drives * (1 - decay)
     ends = np.append(rows.reset[1:], True)
@@ -101,25 +104,34 @@ def responses(rows: LogRows, drives: np.ndarray, poles: np.ndarray, start: float
     begins = np.append((start * rows.free * rows.reset)[1:], 0.0)
     inject[ends] += begins[ends, None]
     speed = np.empty_like(inject)
-    now = np.full(len(poles), start * rows.free[0])
+    now = np.full(len(poles), start[0] * rows.free[0])
     for row in range(len(speed)):
         speed[row] = now
         now = decay_or_end[row] * now + inject[row]
-    turned = drives * rows.duration[:, None] + (speed - drives) * (1 - decay) / poles
+    return speed, drives * rows.duration[:, None] + (speed - drives) * (1 - decay) / poles
+
+
+def responses(rows: LogRows, drives: np.ndarray, poles: np.ndarray, start: float = 0.0) -> np.ndarray:
+    """(n, c) speed as the log would show it of `first_order` lags.
+
+    Exact for uneven rows and for means over a window: x and its integral at any time follow from x and d at the row
+    before.
+    """
+    speed, turned = first_order(rows, drives, poles, start)
     if rows.turn:
         return turned / rows.duration[:, None]
-    if rows.window_s == 0:
+    if not rows.window_s.any():
         return speed
     angle = np.cumsum(turned, axis=0) - turned
     first = np.arange(len(speed)) - rows.back
     part = rows.part[:, None]
     inside = drives[first] * part + (speed[first] - drives[first]) * (1 - np.exp(-part * poles)) / poles
-    return (angle - angle[first] - inside) / rows.window_s
+    return (angle - angle[first] - inside) / rows.window_s[:, None]
 
 
 def flexible_model(rows: LogRows) -> Flexible:
     """The set of columns that predicts blocks left out best."""
-    pole, delay = _pole_and_delay(rows)
+    pole, delay = pole_and_delay(rows)
     sets = _sets(rows, pole, delay)
     starts = responses(rows, np.zeros((len(rows.volts), 1)), np.array([pole]), 1.0)[:, 0]
     most = rows.counts.sum() / ROWS_PER_COLUMN
@@ -132,7 +144,7 @@ def _fitted(rows: LogRows, columns: np.ndarray, starts: np.ndarray) -> Flexible:
     """Least squares of the speed on `columns`."""
     valid, counts = rows.valid.astype(float), rows.counts
     both = np.concatenate([rows.speed[:, None], columns], axis=1) * valid[:, None]
-    both = _without_starts(rows, both, starts * valid)
+    both = without_starts(rows, both, starts * valid)
     error, jacobian = both[:, 0], both[:, 1:]
     size = np.linalg.norm(jacobian, axis=0)
     jacobian = jacobian[:, size > 1e-9 * size.max()] / size[size > 1e-9 * size.max()]
@@ -150,7 +162,7 @@ def _fitted(rows: LogRows, columns: np.ndarray, starts: np.ndarray) -> Flexible:
     return Flexible(float(np.sqrt((inside + min(outside, WORST * inside)) / 2)), error)
 
 
-def _without_starts(rows: LogRows, columns: np.ndarray, starts: np.ndarray) -> np.ndarray:
+def without_starts(rows: LogRows, columns: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """`columns` with each piece's unknown initial speed at its best."""
     if not rows.free.any():
         return columns
@@ -161,7 +173,7 @@ def _without_starts(rows: LogRows, columns: np.ndarray, starts: np.ndarray) -> n
     return columns - starts[:, None] * speed[piece]
 
 
-def _late(rows: LogRows, late_s: float) -> np.ndarray:
+def late(rows: LogRows, late_s: float) -> np.ndarray:
     """The mean of the voltage over each row, from so much earlier [V]; before a piece there was none, where the motor
     was at rest, else its first one."""
     first = np.flatnonzero(rows.reset)[rows.piece]
@@ -174,7 +186,7 @@ def _late(rows: LogRows, late_s: float) -> np.ndarray:
     return (until(time[1:] - late_s) - until(time[:-1] - late_s)) / rows.duration
 
 
-def _direction(rows: LogRows) -> np.ndarray:
+def direction_of(rows: LogRows) -> np.ndarray:
     """Mean direction in which the shaft turns from each row to the next one, 0 where it may as well stand still.
 
     Between readings of opposite sign the speed is taken to be linear. A turn's own row would tell its error: the one
@@ -200,7 +212,7 @@ def _scatter(rows: LogRows) -> float:
     return 1.4826 * float(np.median(sixth)) / np.sqrt(924) if sixth.size else 0.0
 
 
-def _pole_and_delay(rows: LogRows) -> tuple[float, float]:
+def pole_and_delay(rows: LogRows) -> tuple[float, float]:
     """Pole [rad/s] and delay [s] with which voltage, offset and friction explain most."""
     shortest, total = float(rows.duration[rows.valid].min()), float(rows.duration[rows.valid].sum())
     poles = np.geomspace(1.0 / total, 3.0 / shortest, POLES)
@@ -208,25 +220,25 @@ def _pole_and_delay(rows: LogRows) -> tuple[float, float]:
     delays = np.array([0, *(delay for delay in DELAYS[1:] if delay <= longest)]) * rows.typical_s
     for points in (POLES // 2, POLES // 2, 0):
         cost = _costs(rows, poles, delays)
-        at, late = np.unravel_index(np.argmin(cost), cost.shape)
+        at, number = np.unravel_index(np.argmin(cost), cost.shape)
         if points:
             poles = np.geomspace(poles[max(at - 1, 0)], poles[min(at + 1, len(poles) - 1)], points)
-            delays = np.linspace(delays[max(late - 1, 0)], delays[min(late + 1, len(delays) - 1)], BETWEEN)
-    return float(poles[at]), float(delays[late])
+            delays = np.linspace(delays[max(number - 1, 0)], delays[min(number + 1, len(delays) - 1)], BETWEEN)
+    return float(poles[at]), float(delays[number])
 
 
 def _costs(rows: LogRows, poles: np.ndarray, delays: np.ndarray) -> np.ndarray:
     """(pole, delay) sum of squares that voltage, offset and friction leave."""
-    drives = [*(_late(rows, delay) for delay in delays), _direction(rows), np.ones_like(rows.volts)]
+    drives = [*(late(rows, delay) for delay in delays), direction_of(rows), np.ones_like(rows.volts)]
     columns = _each(rows, drives, poles).reshape(len(rows.volts), len(drives), len(poles))
     begins = responses(rows, np.zeros((len(rows.volts), len(poles))), poles, 1.0)
     valid = rows.valid[:, None]
     cost = np.empty((len(poles), len(delays)))
     for number in range(len(poles)):
         both = np.concatenate([rows.speed[:, None], columns[:, :, number]], axis=1) * valid
-        both = _without_starts(rows, both, begins[:, number] * rows.valid)
+        both = without_starts(rows, both, begins[:, number] * rows.valid)
         gram = both.T @ both
-        cost[number] = [_least(gram, [1 + late, len(delays) + 1, len(delays) + 2]) for late in range(len(delays))]
+        cost[number] = [_least(gram, [1 + each, len(delays) + 1, len(delays) + 2]) for each in range(len(delays))]
     return cost
 
 
@@ -242,14 +254,14 @@ CANDIDATES = ((0,), (0, 1), (0, 2), (0, 1, 3), (0, 1, 2, 3), (0, 1, 3, 4), (0, 1
 
 def _sets(rows: LogRows, pole: float, delay_s: float) -> list[np.ndarray]:
     """Columns of a linear motor; of friction; of linear motors with more lags; of more friction; of other laws."""
-    volts, direction = _late(rows, delay_s), _direction(rows)
+    volts, direction = late(rows, delay_s), direction_of(rows)
     size = float(np.abs(volts).max()) or 1.0
     linear = responses(rows, np.stack([volts, np.ones_like(volts)], axis=1), np.full(2, pole))
     friction = [direction, volts * (rows.valid & (direction == 0))]
     # Of whole rows: a delay between two of them is, for a lag, a sum of both.
     around = sorted({max(int(delay_s / rows.typical_s) + step, 0) for step in (-2, -1, 0, 1, 2)})
-    late = [_late(rows, number * rows.typical_s) for number in around]
-    lags = _each(rows, late, pole * np.array([0.25, 0.5, 1, 2, 4]))
+    delayed = [late(rows, number * rows.typical_s) for number in around]
+    lags = _each(rows, delayed, pole * np.array([0.25, 0.5, 1, 2, 4]))
     speed = linear @ np.linalg.lstsq(linear[rows.valid], rows.speed[rows.valid], rcond=None)[0]
     speed = speed / (float(np.abs(speed).max()) or 1.0)
     time = np.cumsum(rows.duration) / rows.duration.sum()

@@ -38,7 +38,8 @@ class Reading(NamedTuple):
     late: Float[Array, ""] | None
     """How late voltages act for the readings [s]; None where a row is read as its voltage changes."""
     window: Float[Array, ""] | None
-    """Length of the window before the row over which the speed is a mean [s]; None where `Problem.window` is that."""
+    """Usual length of the window before the row over which the speed is a mean [s]; None where `Problem.window` is
+    that."""
 
 
 AS_STATED = Reading(None, None)
@@ -67,8 +68,8 @@ def observe(
     reading: Reading = AS_STATED,
 ) -> Float[Array, "sequence row"]:
     """What the log would hold [units] of a motor under `volts`, from `initial_speed`, read as `reading` says."""
-    if reading.window is not None and isinstance(motor, SecondOrder):
-        # Of two lags: their closed form compiles several times as fast, and has derivatives where a window ends.
+    if problem.kind == "window" and problem.row is not None and isinstance(motor, SecondOrder):
+        # Of two lags: their closed form is several times as fast, and has derivatives where a window ends.
         share, poles = _lags(motor)
         each = jax.vmap(lambda pole: observe(FirstOrder(motor.gain, pole), problem, volts, initial_speed, reading))(
             poles
@@ -127,7 +128,7 @@ def _mean_speed(
         until = jnp.minimum(at_first(rows.part), (1 - 1e-9) * begin.part)
         holds = jax.vmap(jax.vmap(lambda until, part: hold_switched(motor, until, part)))(until, begin.part)
     _, inside = jax.vmap(jax.vmap(driven))(holds, state, drives)
-    length = problem.window if reading.window is None else reading.window
+    length = (problem.window if reading.window is None else reading.window) * jnp.asarray(batch.span)
     return (angle - at_first(angle) - inside + begin.before) / length
 
 
@@ -151,11 +152,12 @@ def _begin(problem: Problem, initial_speed: Float[Array, "sequence row"], window
     time = jnp.cumsum(duration, axis=1) - duration
     first = jax.lax.cummax(jnp.where(jnp.asarray(batch.reset), number, 0), axis=1)
     least, speed = (jnp.take_along_axis(values, first, axis=1) for values in (time, initial_speed))
-    begin = jnp.maximum(time - window, least)
+    length = window * jnp.asarray(batch.span)
+    begin = jnp.maximum(time - length, least)
     row = jax.vmap(lambda time, begin: jnp.searchsorted(time, begin, side="right"))(time, begin) - 1
     row = jnp.clip(row, first, number).astype(jnp.int32)
     part = jnp.maximum(begin - jnp.take_along_axis(time, row, axis=1), 1e-9 * duration)
-    return _Begin(row, part, speed * jnp.maximum(window - (time - least), 0.0))
+    return _Begin(row, part, speed * jnp.maximum(length - (time - least), 0.0))
 
 
 def predict(

@@ -41,6 +41,8 @@ class Batch(NamedTuple):
     """Rows back to the row in which the speed's window begins (`window` observations only)."""
     part: np.ndarray
     """Time from that row to the beginning of the window [s]."""
+    span: np.ndarray
+    """Length of the row's window over `Observation.window_s` [1]; one number where the rows' durations are."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -132,6 +134,23 @@ def pack(
     readings that are late show in it what that row does before it is read. `noise` is that of a reading where it has
     been estimated before.
     """
+    found = _packed(recording, segments, padding, rest_before, few_shapes)
+    return found if found.observation.floor_known else _in_noise(recording, found, segments, noise)
+
+
+def log_rows(recording: Recording, segments: tuple[int, ...]) -> LogRows:
+    """The rows of the `segments` (indices) of `recording`, one piece after the other [1 rad or 1 rad/s]."""
+    return _log_rows(_packed(recording, segments))
+
+
+def _packed(
+    recording: Recording,
+    segments: tuple[int, ...],
+    padding: Padding | None = None,
+    rest_before: bool = False,
+    few_shapes: bool = False,
+) -> Packed:
+    """As `pack`, in units of 1 rad or 1 rad/s where the noise is not known."""
     observation = _observation(recording)
     pieces = [piece for index in segments for piece in pieces_of(recording, index)]
     if rest_before:
@@ -158,6 +177,7 @@ def pack(
         cluster=np.full(shape, clusters, np.int32),
         back=np.zeros(shape, np.int32),
         part=np.zeros(shape),
+        span=np.ones(shape if recording.period_s is None else ()),
     )
     segment_of, row_of, time_s = np.full(shape, -1), np.zeros(shape, int), np.zeros(shape)
     for number, (piece, sequence, start) in enumerate(zip(pieces, sequence_of, start_of, strict=True)):
@@ -175,8 +195,7 @@ def pack(
         time_s[cells] = segment.time_s[rows]
         if piece.rest and packed.duration.ndim:
             packed.duration[sequence, start] = packed.duration[sequence, start + 1]
-    found = Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
-    return found if observation.floor_known else _in_noise(recording, found, segments, noise)
+    return Packed(packed, observation, number_of_pieces, clusters, segment_of, row_of, time_s)
 
 
 def _fill(batch: Batch, cells: tuple[int, slice], recording: Recording, piece: Piece, observation: Observation) -> None:
@@ -193,12 +212,22 @@ def _fill(batch: Batch, cells: tuple[int, slice], recording: Recording, piece: P
         return
     assert segment.speed_rad_s is not None
     batch.observed[cells] = at_duty(recording, segment.speed_rad_s[rows], time) / observation.unit
-    begin = np.maximum(time - observation.window_s, time[0])
+    window = np.full(len(time), observation.window_s)
+    if recording.speed_window_rows is not None and batch.span.ndim:
+        window = rows_span(time, recording.speed_window_rows, observation.window_s)
+        batch.span[cells] = window / observation.window_s
+    begin = np.maximum(time - window, time[0])
     row = np.clip(np.searchsorted(time, begin + 1e-9 * observation.window_s, side="right") - 1, 0, None)
     batch.back[cells] = np.arange(len(time)) - row
     batch.part[cells] = np.maximum(begin - time[row], 0.0)
     # Before a piece that begins at rest the shaft stood still.
-    batch.valid[cells] = not piece.free or time - time[0] >= observation.window_s * (1 - 1e-9)
+    batch.valid[cells] = not piece.free or time - time[0] >= window * (1 - 1e-9)
+
+
+def rows_span(time: np.ndarray, number: int, usual_s: float) -> np.ndarray:
+    """(n,) time from `number` rows before each row to it [s]; rows before the first are `usual_s` / `number` apart."""
+    before = time[0] + usual_s / number * np.arange(-number, 0)
+    return time - np.concatenate([before, time])[: len(time)]
 
 
 def _turned(recording: Recording, segment: Segment, time: np.ndarray, rows: slice, unit: float) -> np.ndarray:
@@ -334,6 +363,9 @@ def _log_rows(packed: Packed) -> LogRows:
     duration = np.broadcast_to(batch.duration, batch.volts.shape)
     used = packed.segment_of >= 0
     speed = np.where(batch.valid, batch.observed / duration if turn else batch.observed, 0.0)
+    window_s = np.zeros(int(used.sum()))
+    if packed.observation.kind == "window":
+        window_s = packed.observation.window_s * np.broadcast_to(batch.span, used.shape)[used]
     return LogRows(
         volts=batch.volts[used],
         reset=batch.reset[used],
@@ -344,5 +376,5 @@ def _log_rows(packed: Packed) -> LogRows:
         back=batch.back[used],
         part=batch.part[used],
         turn=turn,
-        window_s=packed.observation.window_s if packed.observation.kind == "window" else 0.0,
+        window_s=window_s,
     )

@@ -30,7 +30,8 @@ RANGES = {
 """The numbers of the header, with the least and the greatest value that can be meant."""
 TEXTS = ("motor", "rig", "firmware", "created", "notes")
 NUMBERS = ("period_s", "counts_per_rev", "duty_full_scale", "supply_V", "speed_window_s", "duty_delay_s")
-OWN_KEYS = (*NUMBERS, "drive", "count_resets")
+OWN_KEYS = (*NUMBERS, "speed_window_rows", "drive", "count_resets")
+MOST_WINDOW_ROWS = 1000
 OWN_SEGMENT_KEYS = ("kind", "start_s", "at_rest")
 
 _FIRST = re.compile(r"# jaxmotor recording ([0-9]{1,9})[ \t]*")
@@ -106,6 +107,7 @@ def _check_recording(header: Header) -> None:
     if late >= period:
         sentence = f"duty_delay_s = {late:g} is not below the period of {period:g} s; shift the duties by whole ticks"
         raise header.fault("duty_delay_s", sentence)
+    _check_window_rows(header)
     if header.values.get("drive", "brake") not in ("brake", "coast"):
         value = shown(str(header.values["drive"]))
         raise header.fault("drive", f"drive = {value} is not known; it is 'brake', 'coast', or left out")
@@ -115,6 +117,18 @@ def _check_recording(header: Header) -> None:
         value = header.values.get(key, "")
         if not isinstance(value, str) and not (key == "created" and isinstance(value, datetime.date)):
             raise header.fault(key, f"{key} is text; put it in quotes")
+
+
+def _check_window_rows(header: Header) -> None:
+    rows = header.values.get("speed_window_rows")
+    if rows is None:
+        return
+    if type(rows) is not int or not 1 <= rows <= MOST_WINDOW_ROWS:
+        sentence = f"speed_window_rows is a whole number of rows from 1 to {MOST_WINDOW_ROWS}"
+        raise header.fault("speed_window_rows", sentence)
+    if not header.values.get("speed_window_s"):
+        sentence = "speed_window_rows needs speed_window_s, how long so many rows usually take"
+        raise header.fault("speed_window_rows", sentence)
 
 
 def _check_segments(header: Header) -> None:

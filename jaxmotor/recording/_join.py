@@ -20,10 +20,11 @@ SHARED = {
     "supply_V": "a supply of {} V",
     "drive": "a bridge set to {}",
     "speed_window_s": "speeds over {} s",
+    "speed_window_rows": "speeds over {} rows",
     "duty_delay_s": "duties that act {} s late",
 }
 """What one rig has one of."""
-MEANS = ("period_s", "speed_window_s", "duty_delay_s")
+MEANS = ("period_s", "speed_window_s", "speed_window_rows", "duty_delay_s")
 """What must be stated by all or by none: it says how rows are to be read."""
 
 

@@ -98,6 +98,9 @@ class Recording(Shown):
     """What the bridge does between pulses; None where not known."""
     speed_window_s: float | None = None
     """Each speed is the mean over this long before its row [s]; 0 is instantaneous; None where not known."""
+    speed_window_rows: int | None = None
+    """Each speed is the mean from so many rows before its own row to it, in however long: `speed_window_s` is then how
+    long that takes where rows are even. None: the mean is over a fixed time."""
     duty_delay_s: float | None = None
     """From the moment at which a row was measured to that at which its voltage acts [s]; None is none."""
     count_resets: bool = False

@@ -44,6 +44,7 @@ def same(a: Recording, b: Recording) -> bool:
         "supply_V",
         "drive",
         "speed_window_s",
+        "speed_window_rows",
         "count_resets",
         "header",
     )

@@ -118,6 +118,8 @@ HEADER_DAMAGE = {
     "late duties": ('drive = "brake"', "duty_delay_s = -1e-6", 7, "not negative"),
     "duties a tick late": ('drive = "brake"', "duty_delay_s = 0.005", 7, "not below the period"),
     "speed window": ('drive = "brake"', "speed_window_s = -1", 7, "not negative"),
+    "window rows": ('drive = "brake"', "speed_window_rows = 2.5", 7, "whole number of rows"),
+    "window rows alone": ('drive = "brake"', "speed_window_rows = 5", 7, "needs speed_window_s"),
 }
 
 

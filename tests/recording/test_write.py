@@ -39,7 +39,16 @@ def unknown(reserved):
 
 
 RESERVED = {
-    *("period_s", "counts_per_rev", "duty_full_scale", "supply_V", "drive", "speed_window_s", "count_resets"),
+    *(
+        "period_s",
+        "counts_per_rev",
+        "duty_full_scale",
+        "supply_V",
+        "drive",
+        "speed_window_s",
+        "speed_window_rows",
+        "count_resets",
+    ),
     *("segment", "motor", "rig", "firmware", "created", "notes"),
     *("kind", "start_s", "at_rest", "frequency_Hz", "amplitude_V"),
 }
@@ -103,7 +112,7 @@ def recordings(draw):
         "duty_full_scale": own["duty_full_scale"] if dutied else None,
         "supply_V": own["supply_V"] if dutied else None,
         "drive": draw(st.sampled_from([None, "brake", "coast"])),
-        "speed_window_s": draw(st.none() | st.floats(0, 1.0)),
+        **draw(st.sampled_from([{}, {"speed_window_s": 0.0}, {"speed_window_s": 0.03, "speed_window_rows": 5}])),
         "count_resets": draw(st.booleans()),
         "header": draw(unknown(RESERVED)) | draw(st.dictionaries(st.sampled_from(["motor", "notes"]), nasty)),
     }
