@@ -14,11 +14,11 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._kinds import of_kinds
 from jaxmotor.present._style import (
     BAND,
-    BLACK,
     BLUE,
     EXACT,
     GREY,
     HATCHED,
+    MEASURED,
     REFERENCE,
     OnAxes,
     Style,
@@ -183,13 +183,7 @@ def _draw_left(ax: Axes, compared: Compared) -> None:
 
 
 def _dots(compared: Compared) -> Style:
-    return Style(
-        color=BLACK,
-        linestyle="none",
-        marker="o",
-        markersize=next(size for rows, size in SYMBOLS if len(compared.time_s) <= rows),
-        markerfacecolor="white",
-    )
+    return MEASURED | {"markersize": next(size for rows, size in SYMBOLS if len(compared.time_s) <= rows)}
 
 
 def _legend(axes: np.ndarray, title: str) -> None:

@@ -4,7 +4,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from jaxmotor._arguments import check_positive
@@ -40,11 +39,11 @@ def zoh_bode(period_s: float | int, motor: AbstractLinearMotor | None = None, *,
     phase.set(ylabel="Phase (degrees)", xlabel="Frequency (Hz)", ylim=(-190, 8), yticks=(0, -45, -90, -135, -180))
     phase.legend(loc="lower left")
     frequency_axis(phase)
-    for ax in (gain, phase):
-        _mark(ax, rate / 5)
-        _mark(ax, rate / 2)
-    gain.annotate("1/(5T)", (rate / 5, -26), xytext=(-2, 3), textcoords="offset points", ha="right", fontsize=7)
-    gain.annotate("1/(2T)", (rate / 2, -26), xytext=(-2, 3), textcoords="offset points", ha="right", fontsize=7)
+    for part in (5, 2):
+        for ax in (gain, phase):
+            ax.axvline(rate / part, color=GREY, linewidth=0.7)
+        style = {"xytext": (-2, 3), "textcoords": "offset points", "ha": "right", "fontsize": 7}
+        gain.annotate(f"1/({part}T)", (rate / part, -26), **style)
     legend_above(gain)
     return figure
 
@@ -69,7 +68,3 @@ def decibel(response: np.ndarray) -> np.ndarray:
 def degrees(response: np.ndarray) -> np.ndarray:
     """Phase along the last axis, without jumps of 360 degrees."""
     return np.rad2deg(np.unwrap(np.angle(response)))
-
-
-def _mark(ax: Axes, frequency_Hz: float) -> None:
-    ax.axvline(frequency_Hz, color=GREY, linewidth=0.7)

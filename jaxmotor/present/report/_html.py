@@ -11,6 +11,8 @@ import re
 from collections.abc import Iterable
 from typing import Any
 
+from jaxmotor._json import plain
+
 VOID = frozenset({"meta", "br", "hr", "path", "line", "rect", "circle"})
 """Elements without content. SVG's own are closed in place."""
 # Controls, lone surrogates, and what turns the direction of writing.
@@ -31,7 +33,7 @@ def escaped(content: Content) -> Html:
     if isinstance(content, Html):
         return content
     if isinstance(content, str):
-        return Html(html.escape(STRANGE.sub("\N{REPLACEMENT CHARACTER}", content)))
+        return Html(html.escape(_known(content)))
     return Html("".join(escaped(one) for one in content))
 
 
@@ -56,21 +58,15 @@ def _attribute(name: str, value: str | float | int | bool | None) -> str:
 
 def data_block(content: Any, **attributes: str) -> Html:
     """`content` as JSON for the page's script: never run, and never able to end its element."""
-    plain = json.dumps(_plain(content), separators=(",", ":"), allow_nan=False)
+    text = json.dumps(plain(content, _known), separators=(",", ":"), allow_nan=False)
     for char in "<>&":
-        plain = plain.replace(char, f"\\u{ord(char):04x}")
-    return element("script", Html(plain), type="application/json", **attributes)
+        text = text.replace(char, f"\\u{ord(char):04x}")
+    return element("script", Html(text), type="application/json", **attributes)
 
 
-def _plain(content: Any) -> Any:
-    """Strings without what HTML does not have, numbers that JSON does not have as null."""
-    if isinstance(content, dict):
-        return {STRANGE.sub("�", str(key)): _plain(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_plain(value) for value in content]
-    if isinstance(content, str):
-        return STRANGE.sub("\N{REPLACEMENT CHARACTER}", content)
-    return None if isinstance(content, float) and not math.isfinite(content) else content
+def _known(text: str) -> str:
+    """`text` without what HTML does not have."""
+    return STRANGE.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
 def paragraph(*content: Content, **attributes: str) -> Html:

@@ -116,19 +116,16 @@ def _table(seen: Responses) -> Content:
     amplitude = np.asarray(seen.measured.amplitude_V)
     gain, phase = np.abs(seen.response), degrees(seen.response)
     relative = seen.half.gain_dB * np.log(10) / 20
-    rows = []
-    for k in range(min(len(gain), MOST)):
-        rows.append(
-            (
-                number(
-                    float(seen.frequency_Hz[k]), f"frequency_response.frequency_Hz.{k}", f"{seen.frequency_Hz[k]:.5g}"
-                ),
-                plainly(float(amplitude[k])),
-                f"{gain[k]:.5g} ± {gain[k] * relative[k]:.2g}",
-                f"{phase[k]:.2f} ± {seen.half.phase_deg[k]:.2f}",
-                f"{abs(seen.linear[k]):.5g}",
-                f"{degrees(np.array([seen.linear[k]]))[0]:.2f}",
-            )
+    rows = [
+        (
+            number(frequency, f"frequency_response.frequency_Hz.{k}", f"{frequency:.5g}"),
+            plainly(float(amplitude[k])),
+            f"{gain[k]:.5g} ± {gain[k] * relative[k]:.2g}",
+            f"{phase[k]:.2f} ± {seen.half.phase_deg[k]:.2f}",
+            f"{abs(seen.linear[k]):.5g}",
+            f"{np.angle(seen.linear[k], deg=True):.2f}",
         )
+        for k, frequency in enumerate(seen.frequency_Hz[:MOST].tolist())
+    ]
     head = ("Hz", "amplitude (V)", "gain (rad/s/V)", "phase (°)", "linear gain", "linear phase")
     return table("Measured response, ± 95 %, and the linear model's", head, rows)
