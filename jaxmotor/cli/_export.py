@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from jaxmotor.present.exports import Design
 
 Format = Literal["control", "json", "c", "arduino", "wpilib", "mujoco", "spice"]
+OPTIONS = {"counts_per_rev": "--counts-per-rev", "supply_V": "--supply", "period_s": "--period"}
+"""That state what a rig needs."""
 
 
 def export_command(
@@ -69,7 +71,8 @@ def export_command(
     from jaxmotor.present import exports
 
     motor = read_model(model)
-    rig = functools.partial(_rig, motor, to, counts_per_rev, supply, period, full_scale, delay)
+    given = {"counts_per_rev": counts_per_rev, "supply_V": supply, "period_s": period}
+    rig = functools.partial(_rig, motor, to, given | {"full_scale": full_scale, "delay_s": delay})
     asked = counts_per_rev is not None or supply is not None
 
     def designed() -> Design | None:
@@ -126,33 +129,18 @@ def _possible(designed: Callable[[], Design | None], asked: bool) -> Design | No
         return None
 
 
-def _rig(
-    model: Model,
-    to: Format,
-    counts_per_rev: float | None,
-    supply: float | None,
-    period: float | None,
-    full_scale: int | None,
-    delay: float | None,
-) -> Hardware | None:
-    """The rig where it is known; a C header needs it, and python-control no more of it than the times."""
+def _rig(model: Model, to: Format, given: dict[str, Any]) -> Hardware | None:
+    """The rig where it is stated or `given`; a C header needs it, and python-control no more of it than the times."""
     from jaxmotor.control import hardware_of
 
-    rig = model.rig
-    known = {
-        "--counts-per-rev": rig.counts_per_rev if counts_per_rev is None else counts_per_rev,
-        "--supply": rig.supply_V if supply is None else supply,
-        "--period": model.period_s if period is None else period,
-    }
-    missing = [name for name, value in known.items() if value is None]
-    if to in ("c", "arduino") and missing:
+    stated = {"counts_per_rev": model.rig.counts_per_rev, "supply_V": model.rig.supply_V, "period_s": model.period_s}
+    missing = [name for name, value in stated.items() if value is None and given[name] is None]
+    if missing and to in ("c", "arduino"):
         what = "a C header" if to == "c" else "an Arduino library"
-        raise JaxmotorError(f"{what} needs {' and '.join(missing)}: counts, volts and ticks are its units")
-    counts, volts, period_s = known.values()
-    if to == "control" and period_s is not None:
-        counts, volts = (1.0 if value is None else value for value in (counts, volts))
+        options = " and ".join(OPTIONS[name] for name in missing)
+        raise JaxmotorError(f"{what} needs {options}: counts, volts and ticks are its units")
+    if to == "control" and "period_s" not in missing:
+        given = given | dict.fromkeys(missing, 1.0)
     elif missing:
         return None
-    return hardware_of(
-        model, period_s=period_s, counts_per_rev=counts, supply_V=volts, full_scale=full_scale, delay_s=delay
-    )
+    return hardware_of(model, **given)
