@@ -100,11 +100,9 @@ def _check_usage(
 ) -> None:
     if (steady["hold_s"] is None) != (steady["period_s"] is None):
         raise typer.BadParameter("--steady and --period belong together")
-    if steady["hold_s"] is not None and (
-        source == "sysid" or not {"input", "speed"} <= given <= {*CURVE, "input", "speed"}
-    ):
-        raise typer.BadParameter("--steady takes --input COL:UNIT and --speed COL:UNIT, and no other column")
     if steady["hold_s"] is not None:
+        if source == "sysid" or not {"input", "speed"} <= given <= {*CURVE, "input", "speed"}:
+            raise typer.BadParameter("--steady takes --input COL:UNIT and --speed COL:UNIT, and no other column")
         return
     if source == "sysid":
         if given:
