@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,17 +20,18 @@ from jaxmotor.fleet._friction import FrictionFit
 Row = dict[str, Any]
 
 TEXTS = ("motor", "source", "problem")
-NUMBERS = (
-    "gain_rad_s_V",
-    "pole_rad_s",
-    "voltage_offset_V",
-    "gain_standard_error_rad_s_V",
-    "pole_standard_error_rad_s",
-    "voltage_offset_standard_error_V",
-    "gain_pole_covariance_rad2_s2_V",
-    "chi2_per_sample",
-    "fit_percent",
-)
+NUMBERS: dict[str, Callable[[Identified], Any]] = {
+    "gain_rad_s_V": lambda found: found.assessment.motor.gain,
+    "pole_rad_s": lambda found: found.assessment.motor.pole,
+    "voltage_offset_V": lambda found: found.assessment.offset_V,
+    "gain_standard_error_rad_s_V": lambda found: found.assessment.standard_error.gain,
+    "pole_standard_error_rad_s": lambda found: found.assessment.standard_error.pole,
+    "voltage_offset_standard_error_V": lambda found: found.assessment.offset_standard_error_V,
+    "gain_pole_covariance_rad2_s2_V": lambda found: found.assessment.covariance[0, 1],
+    "chi2_per_sample": lambda found: found.chi2_per_sample,
+    "fit_percent": lambda found: found.fit_percent,
+}
+"""Columns of numbers, and where each is in what was identified."""
 FRICTION_NUMBERS = (
     "friction_gain_rad_s_V",
     "friction_pole_rad_s",
@@ -52,26 +53,10 @@ def row_of(entry: Entry, found: Identified | None, problem: str, friction: Frict
     row |= dict.fromkeys((*NUMBERS, *FRICTION_NUMBERS))
     row["notes"] = [] if found is None else list(found.notes)
     if found is not None:
-        row |= dict(zip(NUMBERS, _numbers(found), strict=True))
+        row |= plain({name: float(number(found)) for name, number in NUMBERS.items()})
     if friction is not None:
         row |= dict(zip(FRICTION_NUMBERS, plain(friction.numbers()), strict=True))
     return row
-
-
-def _numbers(found: Identified) -> list[float | None]:
-    assessed = found.assessment
-    values = (
-        assessed.motor.gain,
-        assessed.motor.pole,
-        assessed.offset_V,
-        assessed.standard_error.gain,
-        assessed.standard_error.pole,
-        assessed.offset_standard_error_V,
-        assessed.covariance[0, 1],
-        found.chi2_per_sample,
-        found.fit_percent,
-    )
-    return plain([float(value) for value in values])
 
 
 def write_rows(rows: list[Row], path: Path, about: Mapping[str, Any]) -> None:
