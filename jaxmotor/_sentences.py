@@ -53,6 +53,11 @@ def one_of(names: Iterable[str], near: Any = "") -> str:
     return sentence(f"{', '.join(nearest)}, or one of {len(names) - len(nearest)} more", LISTED)
 
 
+def named(effect: str) -> str:
+    """An effect's name, or what stands like one, as words."""
+    return effect.replace("_", " ").replace("coulomb", "Coulomb")
+
+
 def _cut(text: str, longest: int) -> str:
     if len(text) <= longest:
         return text

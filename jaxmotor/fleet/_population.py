@@ -7,11 +7,13 @@ Parameters are taken in logarithms where they are sizes, so that a spread is a s
 motors has no spread and no correlation; distances are then those of the others.
 """
 
+import re
 from typing import NamedTuple
 
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor._sentences import named
 from jaxmotor.fleet._outlier_limits import farthest
 from jaxmotor.fleet._random_effects import random_effects
 from jaxmotor.fleet._robust import robust
@@ -130,7 +132,7 @@ def population(results: dict[str, np.ndarray], names: tuple[str, ...] = ("gain_r
     values, errors = values[whole], errors[whole]
     if len(values) < LEAST * len(names):
         raise JaxmotorError(
-            f"{len(values)} motors with {' and '.join(map(_plain, names))} are too few to tell their spread from "
+            f"{len(values)} motors with {' and '.join(map(_title, names))} are too few to tell their spread from "
             f"their errors; it takes {LEAST * len(names)}"
         )
     covariances = errors[:, :, None] * errors[:, None, :] * np.eye(len(names))
@@ -142,11 +144,9 @@ def population(results: dict[str, np.ndarray], names: tuple[str, ...] = ("gain_r
     return population_of(names, logarithmic, tuple(map(str, results["motor"][whole])), estimates, covariances)
 
 
-def _plain(column: str) -> str:
-    """A column's name without its unit."""
-    for unit in ("_rad_s_V", "_rad_s", "_V"):
-        column = column.removesuffix(unit)
-    return column.replace("_", " ").replace("coulomb", "Coulomb")
+def _title(column: str) -> str:
+    """A column's name as words, without its unit."""
+    return named(re.sub("(_rad_s)?(_V)?$", "", column))
 
 
 def population_of(

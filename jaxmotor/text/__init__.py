@@ -7,13 +7,13 @@ from jaxmotor._numbers import plainly as plainly
 from jaxmotor._numbers import voltage as voltage
 from jaxmotor._numbers import with_bracket as with_bracket
 from jaxmotor._numbers import with_error as with_error
+from jaxmotor._sentences import named as named
 from jaxmotor._sentences import printable as printable
 from jaxmotor.estimate import allowing as allowing
 from jaxmotor.text._effects import capital as capital
 from jaxmotor.text._effects import family_of as family_of
 from jaxmotor.text._effects import key_title as key_title
 from jaxmotor.text._effects import law as law
-from jaxmotor.text._effects import named as named
 from jaxmotor.text._effects import parameter_title as parameter_title
 from jaxmotor.text._effects import scaled as scaled
 from jaxmotor.text._effects import sentence as sentence

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from jaxmotor._numbers import with_error
+from jaxmotor._sentences import named
 from jaxmotor.diagnosis import FoundEffect
 from jaxmotor.motor.effects import AbstractEffect, parameters, vocabulary
 
@@ -91,11 +92,6 @@ def law(effect: AbstractEffect, standard_error: Mapping[str, float]) -> str:
 def capital(text: str) -> str:
     """`text` as a sentence begins."""
     return text[:1].upper() + text[1:]
-
-
-def named(effect: str) -> str:
-    """An effect's name as words."""
-    return effect.replace("_", " ").replace("coulomb", "Coulomb")
 
 
 def parameter_title(name: str) -> str:

@@ -4,10 +4,11 @@ import math
 from collections.abc import Callable, Sequence
 
 from jaxmotor._numbers import voltage
+from jaxmotor._sentences import named
 from jaxmotor.diagnosis import Dependence, Diagnosis, FoundEffect, LoopGain, ResidualVoltage
 from jaxmotor.estimate import Noise
 from jaxmotor.recording import ranges
-from jaxmotor.text._effects import family_of, named
+from jaxmotor.text._effects import family_of
 from jaxmotor.validation import ClosedLoop, Comparison, StepTrials
 
 RPM = 60 / (2 * math.pi)
