@@ -17,7 +17,6 @@ from jaxmotor.bench._port import Patience as Patience
 from jaxmotor.bench._port import Port as Port
 from jaxmotor.bench._protocol import Decoder as Decoder
 from jaxmotor.bench._protocol import RecorderError as RecorderError
-from jaxmotor.bench._protocol import encode as encode
 from jaxmotor.bench._recorder import Incomplete as Incomplete
 from jaxmotor.bench._recorder import record as record
 from jaxmotor.bench._recorder import recover as recover

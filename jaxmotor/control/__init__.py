@@ -20,9 +20,6 @@ from jaxmotor.control._predict import Prediction as Prediction
 from jaxmotor.control._predict import measure_step as measure_step
 from jaxmotor.control._predict import predict_step as predict_step
 from jaxmotor.control._rehearse import simulate_plan as simulate_plan
-from jaxmotor.control._sampled import LINEAR as LINEAR
-from jaxmotor.control._sampled import Sampled as Sampled
-from jaxmotor.control._sampled import delay_of as delay_of
 from jaxmotor.control._sampled import linear_numbers as linear_numbers
 from jaxmotor.control._sampled import linear_of as linear_of
 from jaxmotor.control._sampled import parameter_of as parameter_of

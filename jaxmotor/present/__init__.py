@@ -17,7 +17,6 @@ from jaxmotor.present._fit import simulation as simulation
 from jaxmotor.present._folder import diagnosis_figures as diagnosis_figures
 from jaxmotor.present._folder import fit_figures as fit_figures
 from jaxmotor.present._folder import picture as picture
-from jaxmotor.present._folder import validation_figures as validation_figures
 from jaxmotor.present._folder import write_diagnosis as write_diagnosis
 from jaxmotor.present._folder import write_fit as write_fit
 from jaxmotor.present._folder import write_validation as write_validation
