@@ -6,8 +6,8 @@ With x the motor's states, the angle θ and d, the volts that the model lacks (a
                     d wanders: its variance grows by q² per tick
     at a tick       θ is known to be within the latched count: variance 1/12 count²
 
-The gain L is that of the steady state, P = A (P - L C P) Aᵀ + Q, found by repeating this equation. Unlike the count
-difference, which is the mean over the last tick, the estimate is of the speed at the tick: half a tick less delay.
+The gain L is that of the steady state, P = A (P - L C P) Aᵀ + Q. Unlike the count difference, which is the mean
+over the last tick, the estimate is of the speed at the tick: half a tick less delay.
 """
 
 import math
@@ -29,7 +29,6 @@ from jaxmotor.motor import Motor
 
 DISTURBANCE = 0.02
 """Share of the supply by which the missing volts wander within the motor's time constant, by default."""
-REPEATS = 20_000
 Scalar = Float[Array, ""]
 
 
@@ -127,18 +126,13 @@ def _process_noise(drive: np.ndarray, per_tick_V: float, hardware: Hardware) -> 
 
 def _steady(a: np.ndarray, noise: np.ndarray, variance: float) -> tuple[np.ndarray, np.ndarray]:
     """Gain and covariance after a measurement of the last angle, in the steady state."""
-    c = np.zeros(len(a))
-    c[-2] = 1.0
-    covariance = noise + np.eye(len(a)) * variance
-    gain, after = np.zeros(len(a)), covariance
-    for _ in range(REPEATS):
-        before = gain
-        gain = covariance @ c / (c @ covariance @ c + variance)
-        after = covariance - np.outer(gain, c @ covariance)
-        covariance = a @ after @ a.T + noise
-        if np.allclose(gain, before, rtol=1e-12, atol=0):
-            break
-    return gain, after
+    from scipy.linalg import solve_discrete_are
+
+    c = np.zeros((1, len(a)))
+    c[0, -2] = 1.0
+    covariance = solve_discrete_are(a.T, c.T, noise, np.array([[variance]]))
+    gain = covariance[:, -2] / (covariance[-2, -2] + variance)
+    return gain, covariance - np.outer(gain, covariance[-2])
 
 
 @in_float64
