@@ -8,7 +8,7 @@ import numpy as np
 from jaxmotor._arguments import path_of, taken
 from jaxmotor._sentences import shown
 from jaxmotor.recording._columns import FLOATS, INTEGERS, parse_names, parse_rows
-from jaxmotor.recording._header import OWN_KEYS, OWN_SEGMENT_KEYS, Header, is_recording, parse_header
+from jaxmotor.recording._header import NUMBERS, OWN_KEYS, OWN_SEGMENT_KEYS, Header, is_recording, parse_header
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._supply import supplied
 from jaxmotor.recording._text import fault, limit_rows, load, text_of
@@ -106,7 +106,8 @@ def assemble(header: Header, columns: dict[str, np.ndarray], first: int) -> Reco
     bounds = _bounds(header, columns["segment"], first)
     _check_time(header, columns, bounds, first)
     _check_duty(header, columns, first)
-    own = {key: _plain(header.values[key]) for key in OWN_KEYS if key in header.values}
+    own = {key: header.values[key] for key in OWN_KEYS if key in header.values}
+    own |= {key: float(own[key]) for key in NUMBERS if key in own}
     rest = {key: value for key, value in header.values.items() if key not in OWN_KEYS and key != "segment"}
     fields = {name: columns[name] for name in _FIELDS if name in columns} | _si(own, columns)
     extra = {name: columns[name] for name in columns if name not in INTEGERS and name not in FLOATS}
@@ -158,10 +159,6 @@ def _check_duty(header: Header, columns: dict[str, np.ndarray], first: int) -> N
             row = int(np.argmax(beyond))
             sentence = f"duty is {columns['duty'][row]}, beyond the full scale of {full}; correct it or duty_full_scale"
             raise fault(header.source, first + row, sentence)
-
-
-def _plain(value: Any) -> Any:
-    return float(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 def _si(own: dict[str, Any], columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
