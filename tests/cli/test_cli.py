@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -257,7 +258,9 @@ def test_a_cache_that_cannot_be_used_costs_only_time(tmp_path):
     def identified(cache):
         environment = os.environ | {"JAXMOTOR_CACHE": str(cache)}
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert (done.returncode, done.stderr) == (0, "")
+        # On a slow machine it says every five seconds what it does.
+        complaints = [line for line in done.stderr.splitlines() if not re.fullmatch(r"\d+ s: linear fit", line)]
+        assert (done.returncode, complaints) == (0, [])
         return json.loads(done.stdout)["model"]
 
     (tmp_path / "file").write_text("in the way")
