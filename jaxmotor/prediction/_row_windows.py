@@ -8,7 +8,8 @@ fixed window r is the residual, and c what the other way would change. In
     b = Σ r c / Σ c²,   z = Σ r c / √Σ (r c)²
 
 b is near one where speeds were made so and near zero where not, and z is b over its standard error, whatever else the
-motor lacks.
+motor lacks. What another gain and another fixed length would change is taken out of both. The way with the greatest z
+is the log's if it leaves less than every fixed window.
 """
 
 import dataclasses
@@ -29,6 +30,8 @@ WITHIN = 2.0
 """Factor by which the pole may differ from that of a motor with a delay in the place of the window."""
 SURE = 5.0
 """Standard errors."""
+LONGER = 1.02
+"""Factor by which a window is longer whose change stands for that of any."""
 NEAR = 0.5
 """By which the share b may differ from one."""
 
@@ -66,8 +69,10 @@ def row_window(recording: Recording, segments: tuple[int, ...]) -> RowWindow | N
         for number in numbers
         for one in _tried(rows, motions(max(delay_s - number * usual_s / 2, 0.0)), number, usual_s)
     ]
-    best = max(found, key=lambda one: one.errors, default=None)
-    return best if best is not None and best.errors > SURE else None
+    best = max(found, key=lambda one: one.window.errors, default=None)
+    if best is None or best.window.errors < SURE or best.square > min(one.fixed_square for one in found):
+        return None
+    return best.window
 
 
 def by_rows(recording: Recording, window: RowWindow) -> Recording:
@@ -81,6 +86,14 @@ def by_rows(recording: Recording, window: RowWindow) -> Recording:
         spans = rows_span(segment.time_s, window.rows, window.length_s)
         segments.append(dataclasses.replace(segment, speed_rad_s=segment.speed_rad_s * window.length_s / spans))
     return dataclasses.replace(recording, segments=tuple(segments), **stated)
+
+
+class _Tried(NamedTuple):
+    window: RowWindow
+    square: float
+    """Mean square of the residual with it [rad²/s²]."""
+    fixed_square: float
+    """The same with a fixed window of about its length."""
 
 
 class _Motions(NamedTuple):
@@ -127,7 +140,7 @@ def _window(rows: LogRows, number: int, usual_s: float) -> _Window:
     return _Window(valid, begin, time - time[begin] + usual_s * missing)
 
 
-def _tried(rows: LogRows, motions: _Motions, number: int, usual_s: float) -> list[RowWindow]:
+def _tried(rows: LogRows, motions: _Motions, number: int, usual_s: float) -> list[_Tried]:
     """Both ways in which speeds may be means over the last `number` rows, where the data want them."""
     window = _window(rows, number, usual_s)
     if window.valid.sum() < 100:
@@ -141,13 +154,25 @@ def _tried(rows: LogRows, motions: _Motions, number: int, usual_s: float) -> lis
     drive = motions.drives @ gains
     turning, turned = first_order(rows, drive[:, None], motions.poles[best : best + 1], speeds[rows.piece])
     by_rows = (_angle(turned)[:, 0] - _angle(turned)[window.first, 0]) / window.span_s
-    fixed = _fixed(rows, drive, float(motions.poles[best]), turning[:, 0], _angle(turned)[:, 0], number * usual_s)
-    found = []
-    for as_even in (False, True):
-        change = by_rows * (window.span_s / (number * usual_s) if as_even else 1.0) - fixed
-        errors = _errors((rows.speed - fixed)[window.valid], change[window.valid])
-        found.append(RowWindow(number, as_even, number * usual_s, errors))
-    return found
+    whole = number * usual_s
+    motion = drive, float(motions.poles[best]), turning[:, 0], _angle(turned)[:, 0]
+    fixed, longer = (_fixed(rows, *motion, factor * whole)[window.valid] for factor in (1.0, LONGER))
+    by_rows, speed, spans_s = by_rows[window.valid], rows.speed[window.valid], window.span_s[window.valid]
+    changes = [by_rows * (spans_s / whole if as_even else 1.0) - fixed for as_even in (False, True)]
+    # Another gain and another fixed window explain as much of each as they can.
+    residual, *changes = _without(np.stack([fixed, longer - fixed], axis=1), speed - fixed, *changes)
+    windows = [
+        RowWindow(number, as_even, whole, _errors(residual, change))
+        for as_even, change in zip((False, True), changes, strict=True)
+    ]
+    squares = [float(np.mean((residual - change) ** 2)) for change in changes]
+    fixed_square = float(np.mean(residual**2))
+    return [_Tried(one, square, fixed_square) for one, square in zip(windows, squares, strict=True)]
+
+
+def _without(columns: np.ndarray, *several: np.ndarray) -> list[np.ndarray]:
+    """What least squares on `columns` (n, c) leaves of each (n,)."""
+    return [one - columns @ solve_balanced(columns.T @ columns, columns.T @ one, 1e-10) for one in several]
 
 
 def _fit(

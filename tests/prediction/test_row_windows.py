@@ -87,3 +87,16 @@ def test_motor_through_its_window(way: str) -> None:
     assert abs(float(fit.motor.gain) - GAIN) < 2.5 * float(fit.standard_error.gain)
     assert abs(float(fit.motor.pole) - POLE) < 2.5 * float(fit.standard_error.pole)
     assert any("speed_window" in note for note in fit.notes)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_fixed_time_is_not_taken_for_rows_that_differ_much(seed: int) -> None:
+    """Rows of half to twice their usual length, whose times wander away from even ones; speeds over 0.3 to 9 of them."""
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(np.round(PERIOD_S * rng.uniform(0.5, 2.0, 1500), 4))
+    drive = np.repeat(rng.uniform(-10, 10, 75), 20)
+    drive[:5] = 0.0
+    fine, angle = turned(time, drive)
+    window = rng.uniform(0.3, 9.0) * PERIOD_S
+    speed = (np.interp(time, fine, angle) - np.interp(time - window, fine, angle)) / window
+    assert found(from_arrays(time_s=time, volts=drive, speed_rad_s=speed + 0.05 * rng.standard_normal(1500))) is None
