@@ -28,6 +28,8 @@ MOST_ROWS = 20
 POLES = 16
 WITHIN = 2.0
 """Factor by which the pole may differ from that of a motor with a delay in the place of the window."""
+DELAYS = (0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0)
+"""Rows by which the voltage may come late, beside the window."""
 SURE = 5.0
 """Standard errors."""
 LONGER = 1.02
@@ -70,9 +72,18 @@ def row_window(recording: Recording, segments: tuple[int, ...]) -> RowWindow | N
         for one in _tried(rows, motions(max(delay_s - number * usual_s / 2, 0.0)), number, usual_s)
     ]
     best = max(found, key=lambda one: one.window.errors, default=None)
-    if best is None or best.window.errors < SURE or best.square > min(one.fixed_square for one in found):
+    if best is None or best.window.errors < SURE:
         return None
-    return best.window
+    # Both with the delay that suits them best: the one above is a guess.
+    nearest = min(found, key=lambda one: one.fixed_square)
+    again = [
+        one
+        for number in {best.window.rows, nearest.window.rows}
+        for late_rows in DELAYS
+        for one in _tried(rows, motions(late_rows * usual_s), number, usual_s)
+    ]
+    alike = [one.square for one in (best, *again) if one.window[:2] == best.window[:2]]
+    return best.window if min(alike) < min(one.fixed_square for one in (nearest, *again)) else None
 
 
 def by_rows(recording: Recording, window: RowWindow) -> Recording:

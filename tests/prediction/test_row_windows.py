@@ -91,7 +91,7 @@ def test_motor_through_its_window(way: str) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_a_fixed_time_is_not_taken_for_rows_that_differ_much(seed: int) -> None:
-    """Rows of half to twice their usual length, whose times wander away from even ones; speeds over 0.3 to 9 of them."""
+    """Rows of half to twice their usual length, whose times wander away from even ones."""
     rng = np.random.default_rng(seed)
     time = np.cumsum(np.round(PERIOD_S * rng.uniform(0.5, 2.0, 1500), 4))
     drive = np.repeat(rng.uniform(-10, 10, 75), 20)
