@@ -140,15 +140,16 @@ def prepare(recording: Recording, hold_out: Which = (), few_shapes: bool = False
 
     **Raises:** `JaxmotorError`, as `identify`.
     """
-    check(recording)
+    notes, average = check(recording), None
     held_out = chosen_segments(recording, hold_out)
     fitted = _fitted(recording, held_out)
     window = row_window(recording, fitted)
-    average = None if window is None else average_by_rows(window)
-    recording = stated(recording, average)
+    if window is not None:
+        average = average_by_rows(window)
+        recording = stated(recording, average)
+        notes = (*check(recording), average.sentence)
     packed = pack(recording, fitted, few_shapes=few_shapes)
-    own = () if average is None else (average.sentence,)
-    return Prepared(recording, fitted, held_out, packed, average, (*check(recording), *own))
+    return Prepared(recording, fitted, held_out, packed, average, notes)
 
 
 def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:

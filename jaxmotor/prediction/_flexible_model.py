@@ -51,6 +51,10 @@ class LogRows(NamedTuple):
     turn: bool
     window_s: np.ndarray
 
+    def first(self, number: int) -> "LogRows":
+        """The first rows."""
+        return self._replace(**{name: value[:number] for name, value in self._asdict().items() if name != "turn"})
+
     @property
     def piece(self) -> np.ndarray:
         """Number of the piece of each row."""

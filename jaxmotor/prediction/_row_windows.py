@@ -25,6 +25,8 @@ from jaxmotor.recording import Recording
 
 MOST_ROWS = 20
 """The longest window that is tried."""
+ENOUGH_ROWS = 20_000
+"""The first of a log, which decide."""
 POLES = 16
 WITHIN = 2.0
 """Factor by which the pole may differ from that of a motor with a delay in the place of the window."""
@@ -57,14 +59,15 @@ def row_window(recording: Recording, segments: tuple[int, ...]) -> RowWindow | N
     """
     if recording.measured != "speed" or recording.period_s is not None or recording.speed_window_rows is not None:
         return None
-    rows = log_rows(dataclasses.replace(recording, speed_window_s=None), segments)
+    rows = log_rows(dataclasses.replace(recording, speed_window_s=None), segments).first(ENOUGH_ROWS)
     usual_s, stated_s = rows.typical_s, recording.speed_window_s
     numbers = range(1, MOST_ROWS + 1) if stated_s is None else [round(stated_s / usual_s)]
     if numbers[0] < 1:
         return None
     pole, delay_s = pole_and_delay(rows)
     poles = np.geomspace(pole / WITHIN, pole * WITHIN, POLES)
-    motions = functools.cache(lambda late_s: _motions(rows, poles, late_s))
+    # One at a time: those of a long log take a hundred megabytes.
+    motions = functools.lru_cache(1)(lambda late_s: _motions(rows, poles, late_s))
     # A window is half of itself late; the rest of the delay is not the window's.
     found = [
         one
@@ -78,8 +81,8 @@ def row_window(recording: Recording, segments: tuple[int, ...]) -> RowWindow | N
     nearest = min(found, key=lambda one: one.fixed_square)
     again = [
         one
-        for number in {best.window.rows, nearest.window.rows}
         for late_rows in DELAYS
+        for number in {best.window.rows, nearest.window.rows}
         for one in _tried(rows, motions(late_rows * usual_s), number, usual_s)
     ]
     alike = [one.square for one in (best, *again) if one.window[:2] == best.window[:2]]
@@ -125,11 +128,12 @@ def _motions(rows: LogRows, poles: np.ndarray, late_s: float) -> _Motions:
     wide = np.concatenate([np.repeat(drives, POLES, axis=1), np.zeros((len(drives), POLES))], axis=1)
     _, turned = first_order(rows, wide[:, : 3 * POLES], np.tile(poles, 3))
     _, begun = first_order(rows, wide[:, 3 * POLES :], poles, 1.0)
-    angle = np.moveaxis(_angle(turned).reshape(len(drives), 3, POLES), 1, 2)
-    return _Motions(poles, drives, angle, _angle(begun))
+    angle = np.moveaxis(_until(turned).reshape(len(drives), 3, POLES), 1, 2)
+    return _Motions(poles, drives, angle, _until(begun))
 
 
-def _angle(turned: np.ndarray) -> np.ndarray:
+def _until(turned: np.ndarray) -> np.ndarray:
+    """The sum of the rows before each."""
     return np.cumsum(turned, axis=0) - turned
 
 
@@ -144,7 +148,7 @@ class _Window(NamedTuple):
 
 def _window(rows: LogRows, number: int, usual_s: float) -> _Window:
     each, first = np.arange(len(rows.volts)), np.flatnonzero(rows.reset)[rows.piece]
-    time = _angle(rows.duration)
+    time = _until(rows.duration)
     begin = np.maximum(each - number, first)
     missing = np.maximum(first - (each - number), 0)
     valid = rows.valid & ((missing == 0) | (rows.free[first] == 0))
@@ -164,12 +168,12 @@ def _tried(rows: LogRows, motions: _Motions, number: int, usual_s: float) -> lis
     _, gains, speeds = fits[best]
     drive = motions.drives @ gains
     turning, turned = first_order(rows, drive[:, None], motions.poles[best : best + 1], speeds[rows.piece])
-    by_rows = (_angle(turned)[:, 0] - _angle(turned)[window.first, 0]) / window.span_s
+    by_row = (_until(turned)[:, 0] - _until(turned)[window.first, 0]) / window.span_s
     whole = number * usual_s
-    motion = drive, float(motions.poles[best]), turning[:, 0], _angle(turned)[:, 0]
+    motion = drive, float(motions.poles[best]), turning[:, 0], _until(turned)[:, 0]
     fixed, longer = (_fixed(rows, *motion, factor * whole)[window.valid] for factor in (1.0, LONGER))
-    by_rows, speed, spans_s = by_rows[window.valid], rows.speed[window.valid], window.span_s[window.valid]
-    changes = [by_rows * (spans_s / whole if as_even else 1.0) - fixed for as_even in (False, True)]
+    by_row, speed, spans_s = by_row[window.valid], rows.speed[window.valid], window.span_s[window.valid]
+    changes = [by_row * (spans_s / whole if as_even else 1.0) - fixed for as_even in (False, True)]
     # Another gain and another fixed window explain as much of each as they can.
     residual, *changes = _without(np.stack([fixed, longer - fixed], axis=1), speed - fixed, *changes)
     windows = [
@@ -206,7 +210,7 @@ def _fixed(
     rows: LogRows, drive: np.ndarray, pole: float, speed: np.ndarray, angle: np.ndarray, length_s: float
 ) -> np.ndarray:
     """(n,) means over a fixed time before each row."""
-    time, first = _angle(rows.duration), np.flatnonzero(rows.reset)[rows.piece]
+    time, first = _until(rows.duration), np.flatnonzero(rows.reset)[rows.piece]
     begin = time - length_s
     row = np.clip(np.searchsorted(time, begin, side="right") - 1, first, None)
     part = np.maximum(begin - time[row], 0.0)

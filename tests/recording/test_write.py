@@ -39,16 +39,8 @@ def unknown(reserved):
 
 
 RESERVED = {
-    *(
-        "period_s",
-        "counts_per_rev",
-        "duty_full_scale",
-        "supply_V",
-        "drive",
-        "speed_window_s",
-        "speed_window_rows",
-        "count_resets",
-    ),
+    *("period_s", "counts_per_rev", "duty_full_scale", "supply_V", "drive", "count_resets"),
+    *("speed_window_s", "speed_window_rows"),
     *("segment", "motor", "rig", "firmware", "created", "notes"),
     *("kind", "start_s", "at_rest", "frequency_Hz", "amplitude_V"),
 }
@@ -103,6 +95,7 @@ def recordings(draw):
         "duty_full_scale": float(draw(st.integers(1, 70_000))),
         "supply_V": draw(st.floats(0.1, 100.0)),
     }
+    window = draw(st.none() | st.floats(0, 1.0))
     parts = segments(ticked, dutied, measured, extras, own | {"duty_full_scale": int(own["duty_full_scale"])})
     return {
         "segments": draw(st.lists(parts, min_size=1, max_size=3)),
@@ -112,7 +105,8 @@ def recordings(draw):
         "duty_full_scale": own["duty_full_scale"] if dutied else None,
         "supply_V": own["supply_V"] if dutied else None,
         "drive": draw(st.sampled_from([None, "brake", "coast"])),
-        **draw(st.sampled_from([{}, {"speed_window_s": 0.0}, {"speed_window_s": 0.03, "speed_window_rows": 5}])),
+        "speed_window_s": window,
+        "speed_window_rows": draw(st.none() | st.integers(1, 1000)) if window else None,
         "count_resets": draw(st.booleans()),
         "header": draw(unknown(RESERVED)) | draw(st.dictionaries(st.sampled_from(["motor", "notes"]), nasty)),
     }
