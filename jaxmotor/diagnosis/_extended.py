@@ -35,6 +35,7 @@ def extended_model(diagnosis: Diagnosis) -> Model:
         viscous_share=float(diagnosis.motor.viscous_share),
         joint=_joint(diagnosis, len(values)) if diagnosis.effects else None,
         rig=fit.rig,
+        average=diagnosis.average,
     )
 
 

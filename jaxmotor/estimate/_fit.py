@@ -76,6 +76,7 @@ class Fit(Shown, Assessment):
             response=self.frequency_response,
             rig=self.rig,
             offset_error_V=self.offset_standard_error_V,
+            average=self.average,
         )
 
     def _title(self) -> str:

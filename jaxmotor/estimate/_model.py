@@ -13,6 +13,7 @@ from jaxmotor._shown import Row, Shown
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model_joint import Joint
 from jaxmotor.estimate._rows import effect_rows, linear_rows
+from jaxmotor.estimate._speed_average import SpeedAverage
 from jaxmotor.motor import AbstractEffect, AbstractLinearMotor, Motor
 from jaxmotor.motor.effects import VoltageOffset
 
@@ -64,6 +65,8 @@ class Model(Shown):
     """Its encoder, supply and duties; exports take these where they are given no others."""
     offset_error_V: float = math.nan
     """Standard error of `offset_V`; NaN where it is not known."""
+    average: SpeedAverage | None = None
+    """How the speeds of its recording were averaged, where the header does not state it and the data show it."""
 
     @property
     @in_float64

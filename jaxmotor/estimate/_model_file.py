@@ -22,6 +22,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._files import read_bytes
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._sentences import shown
+from jaxmotor.estimate._average_file import read_average
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model import Model, ModelRig
@@ -108,6 +109,7 @@ def model_to_json(model: Model) -> dict[str, Any]:
         "fitted_fingerprints": sorted(model.fitted),
         "period_s": model.period_s,
         **model.rig._asdict(),
+        "speed_average": None if model.average is None else dataclasses.asdict(model.average),
         "frequency_response": None if model.response is None else _response(model.response),
     }
 
@@ -160,6 +162,7 @@ def read_model(path: str | os.PathLike[str]) -> Model:
         covariance = covariance_of(content.get("covariance"), len(linear), "covariance")
     with _in_file(path, f"{anew}, or leave it out"):
         joint = read_joint(content.get(JOINT), keys, [SHARE, *names_of([each.effect for each in effects])])
+        average = read_average(content.get("speed_average"))
     return Model(
         linear_motor(linear),
         covariance,
@@ -175,6 +178,7 @@ def read_model(path: str | os.PathLike[str]) -> Model:
         joint,
         ModelRig(*(_known(path, content, key) for key in ModelRig._fields)),
         _offset_error(content),
+        average,
     )
 
 

@@ -14,12 +14,15 @@ LATE = 4
 SPEED_STEP = 0.05
 """Over which initial speeds are differenced [rad/s]."""
 ROUNDS = 3
+FORGOTTEN = 5.0
+"""Time constants after which a filter has forgotten where it began: what is left is less than 1 %."""
 FIRST_ROWS = 3
 """Of a piece, whose readings say at which speed about it begins."""
 
 
-def without_transients(recording: Recording, packed: Packed) -> Packed:
-    """`packed` without what was observed in the first rows of pieces before which other voltages had been applied.
+def without_transients(recording: Recording, packed: Packed, filter_s: float = 0.0) -> Packed:
+    """`packed` without what was observed in the first rows of pieces before which other voltages had been applied, and
+    while a filter of the readings with the time constant `filter_s` still shows where it began.
 
     A piece that does not begin at rest begins at a speed that is fitted. A delay, or the current's lag, carries older
     voltages into it, which the piece does not hold; once they have passed, that speed makes up for them.
@@ -27,10 +30,11 @@ def without_transients(recording: Recording, packed: Packed) -> Packed:
     valid = packed.batch.valid.copy()
     for sequence, first in zip(*np.nonzero(packed.batch.free), strict=True):
         segment, row = int(packed.segment_of[sequence, first]), int(packed.row_of[sequence, first])
-        if row == 0 and not _driven_before(recording, segment):
-            continue
+        late = LATE if row > 0 or _driven_before(recording, segment) else 0
         rows = np.flatnonzero(valid[sequence] & (packed.batch.piece[sequence] == packed.batch.piece[sequence, first]))
-        valid[sequence, rows[: min(LATE, len(rows) // 3)]] = False
+        since = packed.time_s[sequence, rows] - packed.time_s[sequence, first]
+        first_rows = max(late, int(np.searchsorted(since, FORGOTTEN * filter_s)))
+        valid[sequence, rows[: min(first_rows, len(rows) // 3)]] = False
     return dataclasses.replace(packed, batch=packed.batch._replace(valid=valid))
 
 

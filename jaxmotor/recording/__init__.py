@@ -14,6 +14,7 @@ from jaxmotor.recording._from_arrays import from_arrays as from_arrays
 from jaxmotor.recording._from_arrays import from_dataframe as from_dataframe
 from jaxmotor.recording._from_columns import from_columns as from_columns
 from jaxmotor.recording._from_columns import header_of as header_of
+from jaxmotor.recording._header import MOST_WINDOW_ROWS as MOST_WINDOW_ROWS
 from jaxmotor.recording._header import Header as Header
 from jaxmotor.recording._join import join as join
 from jaxmotor.recording._jumps import check_jumps as check_jumps

@@ -16,6 +16,8 @@ SATURATED_SHARE = 0.2
 """Share of saturated rows of a sine that is still no warning."""
 CALIBRATION = 0.02
 """Relative difference of a stated and a logged supply that a divider may have."""
+SLOWEST_RAD_S = 1e-9
+"""A speed, or a change of it, that is none: a turn in 200 years."""
 PERIODIC = ("sine", "multisine", "chirp")
 
 
@@ -55,11 +57,13 @@ def check_input(recording: Recording) -> None:
 
 
 def check_output(recording: Recording) -> None:
-    """**Raises:** `RecordingError` where the shaft never moved, or its speed never changed."""
+    """**Raises:** `RecordingError` where the shaft never moved, or its speed never changed, or is not known to be over
+    what."""
+    check_window(recording)
     shafts = [segment.shaft for segment in recording.segments]
     if recording.measured == "speed":
-        level, still = shafts[0][0], np.ptp(np.concatenate(shafts)) == 0
-        if still and level != 0:
+        level, still = shafts[0][0], np.ptp(np.concatenate(shafts)) <= SLOWEST_RAD_S
+        if still and abs(level) > SLOWEST_RAD_S:
             raise RecordingError(
                 f"{recording.source}: the speed never changes ({level:g} rad/s throughout); check the sensor, or "
                 "record steps, sines or a PRBS"
@@ -156,6 +160,14 @@ def warn_sign(recording: Recording) -> list[str]:
     if volts @ speed >= -0.1 * np.linalg.norm(volts) * np.linalg.norm(speed):
         return []
     return ["the motor turns against the voltage; swap the sign of the input or of the output"]
+
+
+def check_window(recording: Recording) -> None:
+    """**Raises:** `RecordingError` where speeds are over rows, and nobody knows how long these take."""
+    if recording.speed_window_rows is not None and not recording.speed_window_s:
+        raise RecordingError(
+            f"{recording.source}: speed_window_rows needs speed_window_s, how long so many rows usually take"
+        )
 
 
 def warn_unknowns(recording: Recording) -> list[str]:

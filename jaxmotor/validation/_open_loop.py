@@ -3,6 +3,7 @@
 import numpy as np
 
 from jaxmotor.estimate import Model, Trace, chi2_per_sample, fit_percent, traces_of
+from jaxmotor.motor.effects import LogFilter
 from jaxmotor.prediction import Packed, pack, pieces_of, without_transients
 from jaxmotor.recording import Recording
 from jaxmotor.validation._free_simulation import simulate_model
@@ -18,7 +19,8 @@ def score_open_loop(model: Model, recording: Recording, segments: tuple[int, ...
     """
     packed = pack(recording, segments, rest_before=is_timed(model), few_shapes=True)
     if model.effects:
-        packed = without_transients(recording, packed)
+        filters = [float(effect.time_constant_s) for effect in model.effects if isinstance(effect, LogFilter)]
+        packed = without_transients(recording, packed, max(filters, default=0.0))
     _, residual = simulate_model(model, recording, packed)
     scored = np.unique(packed.segment_of[packed.batch.valid])
     free = packed.segment_of[packed.batch.free > 0]

@@ -10,6 +10,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.estimate import AnyModel, Model, fingerprint, model_of
 from jaxmotor.recording import Recording, check_jumps, check_output, lost_ticks, recording_of, warn_sign
+from jaxmotor.validation._averaged import as_averaged
 from jaxmotor.validation._closed_loop import validate_closed_loop
 from jaxmotor.validation._controller import Controller, controller_of
 from jaxmotor.validation._drawn_motors import check_covariance
@@ -61,10 +62,10 @@ def validate(
     plan = _plan(model, recording)
     _something_left(recording, plan)
     scored = tuple(sorted((*plan.open_loop, *plan.closed_loop)))
-    known = model
-    model, placed = in_place(known, recording, scored)
+    known, simulations = model, _affordable(recording, simulations)
+    model, recording, averaged = as_averaged(model, recording, scored)
+    model, placed = in_place(model, recording, scored)
     shown, timed = in_time(model, recording, plan.open_loop)
-    simulations = _affordable(recording, simulations)
     key = jax.random.key(seed)
     steps = group_steps(recording, plan.open_loop)
     return Validation(
@@ -83,7 +84,7 @@ def validate(
         ),
         seed=seed,
         simulations=simulations,
-        notes=(*_notes(model, recording, plan), *placed, *timed, *plan.notes),
+        notes=(*_notes(model, recording, plan), *averaged, *placed, *timed, *plan.notes),
     )
 
 

@@ -255,3 +255,13 @@ def test_one_sentence_names_all_its_segments():
     odd = dataclasses.replace(one.segments[0], parameters={"frequency_Hz": 5.003})
     many = dataclasses.replace(one, segments=(*one.segments * 3, odd, *one.segments))
     assert [sentence.split(":")[0] for sentence in warn_repetition(many)] == ["segments 0-2, 4"]
+
+
+def test_speeds_over_rows_of_unknown_length_are_refused():
+    with pytest.raises(RecordingError, match="speed_window_rows needs speed_window_s"):
+        check(spun(SOUND["sine"], SOUND["sine"], speed_window_rows=5))
+
+
+def test_what_hardly_turns_does_not_move():
+    with pytest.raises(RecordingError, match="never moved"):
+        check(spun(1e-200 * SOUND["sine"], SOUND["sine"]))
