@@ -154,8 +154,8 @@ def _draft(asked: Asked, attempt: int) -> _Draft:
 
 
 def _without(rig: Rig, plant: Plant, asked: Asked, seconds: float, root: np.random.SeedSequence) -> tuple[Plant, ...]:
-    """The plant without each of its kinds; alone, a linear motor, which needs no simulation."""
-    if len(asked.kinds) < 2:
+    """The plant without each of its kinds; of one kind without dirt, a linear motor, which needs no simulation."""
+    if len(asked.kinds) < 2 and not asked.dirty:
         return ()
     found = []
     for kind in asked.kinds:
