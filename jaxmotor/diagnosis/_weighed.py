@@ -1,5 +1,7 @@
 """The effects of a motor that was found: how large, how sure, and what else could be in their place."""
 
+import math
+
 import numpy as np
 
 from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME
@@ -35,8 +37,8 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
             error["moment_s"] = moment_error(study.solver, found.fitted, effect, rig)
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
-        own = about[effect.name]
-        sure, with_equal, family = _sureness(own, found.families.get(effect.family, 0.0))
+        own, more = about[effect.name], _more_than_ordinary(effect, error)
+        sure, with_equal, family = (more * share for share in _sureness(own, found.families.get(effect.family, 0.0)))
         unknown = _unknown(effect, error)
         effects.append(
             FoundEffect(
@@ -52,6 +54,15 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
             )
         )
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
+
+
+def _more_than_ordinary(effect: AbstractEffect, error: dict[str, float]) -> float:
+    """Confidence of the widest interval of its size that lies above what any motor has."""
+    if not effect.ordinary:
+        return 1.0
+    [(name, spread)] = error.items()
+    apart = float(getattr(effect, name)) - effect.ordinary
+    return math.erf(max(apart, 0.0) / (math.sqrt(2) * spread)) if spread > 0 else 1.0
 
 
 def _sureness(named: Named, of_family: float) -> tuple[float, float, float]:

@@ -101,6 +101,8 @@ class AbstractEffect(eqx.Module):
     """chi2 per sample up to which a motor with it leaves nothing unexplained, where its law is not exact."""
     holds_by: ClassVar[str] = ""
     """Its parameter [V] that is the voltage up to which it keeps a motor at rest; empty where it does not."""
+    ordinary: ClassVar[float] = 0.0
+    """Size of its one parameter, in that one's unit, up to which any motor has it: so much is no cause."""
     roughness: ClassVar[float] = 0.0
     """Relative error of its parameters that its law's simplifications bring, as blind tests show it."""
     unlikeness: ClassVar[float] = 1.0
@@ -146,8 +148,10 @@ class AbstractEffect(eqx.Module):
     def possible(self, rig: Rig) -> bool:
         """A motor on `rig` can have it of this size: what lies beyond is another law, or none.
 
-        No effect takes more volts than there are.
+        No effect takes more volts than there are, or is as small as any motor has it.
         """
+        if self.ordinary and float(getattr(self, next(iter(parameters(self))))) <= self.ordinary:
+            return False
         volts = [name for name, about in parameters(self).items() if about["unit"] == "V"]
         return all(abs(float(getattr(self, name))) < rig.supply_V for name in volts)
 

@@ -30,6 +30,8 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
     """u(t - d): the voltage acts late, by any fraction of a tick."""
 
     name: ClassVar[str] = "transport_delay"
+    # A shorter one may be the winding's L/R.
+    ordinary: ClassVar[float] = OWN_LAG_S
     family: ClassVar[str] = "lag"
     program_level: ClassVar[int | None] = 1
     rarity: ClassVar[float] = 1 / 6
@@ -47,10 +49,6 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
         longer = itertools.takewhile(lambda ticks: ticks < longest, (34.0 * 1.7**k for k in itertools.count()))
         ticks = (0.3, 0.8, 1.4, 2.2, 4.0, 7.0, 12.0, 20.0, *longer)
         return tuple(cls.of(delay_s=number * rig.period_s) for number in ticks)
-
-    def possible(self, rig: Rig) -> bool:
-        """A shorter one may be the winding's L/R."""
-        return super().possible(rig) and float(self.delay_s) > OWN_LAG_S
 
     def delay(self) -> Scalar:
         return self.delay_s
@@ -309,6 +307,7 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     """L/R i' = u/R - i - back-EMF/R: the current, and so the torque, lags."""
 
     name: ClassVar[str] = "electrical_pole"
+    ordinary: ClassVar[float] = OWN_LAG_S
     family: ClassVar[str] = "lag"
     program_level: ClassVar[int | None] = 1
     relatives: ClassVar[tuple[str, ...]] = ("sensor_lag", "transport_delay")
@@ -323,10 +322,6 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         del rig
         return tuple(cls.of(time_constant_s=value) for value in (1.5e-3, 4e-3))
-
-    def possible(self, rig: Rig) -> bool:
-        """A shorter one is any motor's."""
-        return super().possible(rig) and float(self.time_constant_s) > OWN_LAG_S
 
     def lag(self) -> Scalar:
         return self.time_constant_s

@@ -38,10 +38,8 @@ class LogFilter(SensorLag):
     """τ y' = θ - y, as `SensorLag`, where the header of the log does not state how its speeds were made."""
 
     name: ClassVar[str] = "log_filter"
-
-    def possible(self, rig: Rig) -> bool:
-        """A log's may be as short as it is."""
-        return AbstractEffect.possible(self, rig)
+    # A log's may be as short as it is.
+    ordinary: ClassVar[float] = 0.0
 
 
 class SpeedWindow(AbstractSensorEffect):

@@ -58,6 +58,8 @@ class SensorLag(AbstractSensorEffect, AbstractLagSensorEffect):
     """τ y' = θ - y: the reading, and so the logged speed, was filtered. Its memory is θ - y."""
 
     name: ClassVar[str] = "sensor_lag"
+    # A shorter one may be the winding's L/R.
+    ordinary: ClassVar[float] = OWN_LAG_S
     family: ClassVar[str] = "lag"
     program_level: ClassVar[int | None] = 1
     says: ClassVar[str] = "the log was filtered with a time constant of {time_constant_s}"
@@ -70,10 +72,6 @@ class SensorLag(AbstractSensorEffect, AbstractLagSensorEffect):
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return tuple(cls.of(time_constant_s=share * rig.period_s) for share in (0.6, 1.6))
-
-    def possible(self, rig: Rig) -> bool:
-        """A shorter one may be the winding's L/R."""
-        return super().possible(rig) and float(self.time_constant_s) > OWN_LAG_S
 
     def begin(self, memory: Scalar, speed: Scalar, pause: Scalar) -> Scalar:
         del memory, pause
