@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxmotor.diagnosis._found import NEARLY
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.prediction import autoregression, k_steps, one_step
 
@@ -38,6 +39,7 @@ class Evidence(NamedTuple):
     """Mean squares (horizon, block) of the errors in blocks left out [variances of the encoder's own]."""
 
     squares: np.ndarray
+    rows: int = 0
 
     @property
     def mean(self) -> np.ndarray:
@@ -59,7 +61,7 @@ def evidence(fitted: Fitted, piece: np.ndarray) -> Evidence:
     colour = autoregression(fitted.residual, piece).weights
     new = one_step(both, colour, piece)
     seen = [_mean_squares(columns, shifts, block) for columns in (both, new, k_steps(new, colour, piece, AHEAD))]
-    return Evidence(np.stack(seen))
+    return Evidence(np.stack(seen), len(block))
 
 
 def _left_out(fitted: Fitted, block: np.ndarray) -> np.ndarray:
@@ -87,11 +89,20 @@ def _mean_squares(columns: np.ndarray, shifts: np.ndarray, block: np.ndarray) ->
     return np.where(np.isfinite(outside), np.minimum(outside, WORST * inside), WORST * inside)
 
 
-def weights(found: Sequence[Evidence], prices: Sequence[float]) -> np.ndarray:
+def weights(
+    found: Sequence[Evidence], prices: Sequence[float], explained: Sequence[bool] = (), noise: float = NEARLY
+) -> np.ndarray:
     """Probability of each model among those given, each with its price in logarithms of probability.
 
     (1 + t²/(B - 1))^(-B/2) exp(-price), t the difference of its score to the best one's over that difference's standard
     error and `NOTHING` together, B the number of blocks (Student's distribution: few blocks say little).
+
+    Where some models leave nothing but noise that is known (`explained`), those that leave more are no more likely than
+
+        exp(-n (S/S* - c)/2)
+
+    of one row ahead, n rows, S the mean square in blocks left out, S* the least of the explained, c the chi2 per sample
+    that `noise` alone may have: what shows in few blocks only is no less there if it is that far beyond the noise.
     """
     least = np.min([one.mean for one in found], axis=0)
     scores = np.stack([np.log(one.squares + SHARE * least[:, None]).mean(axis=0) for one in found])
@@ -100,5 +111,10 @@ def weights(found: Sequence[Evidence], prices: Sequence[float]) -> np.ndarray:
     t = apart.mean(axis=1) / np.hypot(spread, NOTHING)
     blocks = apart.shape[1]
     log = -0.5 * blocks * np.log1p(np.square(t) / (blocks - 1)) - np.asarray(prices)
+    if any(explained):
+        ahead = np.array([one.mean[1] for one in found])
+        excess = ahead / ahead[np.asarray(explained)].min() - noise
+        beyond = -0.5 * found[0].rows * np.maximum(excess, 0.0)
+        log = np.where(explained, log, np.minimum(log, beyond - np.asarray(prices)))
     weight = np.exp(log - log.max())
     return weight / weight.sum()

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, Explained, Found
 from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._held_out import hold_out
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
 from jaxmotor.diagnosis._residual_voltage import ResidualVoltage, residual_voltage
@@ -17,6 +18,7 @@ from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed
 from jaxmotor.diagnosis._trial import rig_of
+from jaxmotor.diagnosis._visited import FAR
 from jaxmotor.diagnosis._window import (
     average_of,
     beside_window,
@@ -28,6 +30,7 @@ from jaxmotor.diagnosis._window import (
 )
 from jaxmotor.estimate import Fit, SpeedAverage, stated
 from jaxmotor.motor import Motor
+from jaxmotor.motor.effects import LEARNED
 from jaxmotor.recording import Recording
 
 TIME_ONLY = 0.6
@@ -74,7 +77,7 @@ class _Searched(NamedTuple):
 
 def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Explanation:
     """`recording`, whose linear motor `identify` has found as `fit`."""
-    fit, study, search, found, before = _in_own_noise(_searched(recording, fit, request, seed))
+    fit, study, search, found, before = _in_own_noise(_carried_over(_searched(recording, fit, request, seed)))
     after = _residual(study, found.fitted, seed) if found.named else before
     if found.named and _is_disturbance(study, found, (*before.dependences, *after.dependences)):
         found, after = Found(found.linear, found.linear, (), {}, {}), before
@@ -160,6 +163,20 @@ def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
     tried = names in earlier.search.visited.fitted
     explained = is_explained(now.study, found.fitted, now.search.linear)
     return found if tried and (explained or now._replace(found=found).square <= earlier.square) else None
+
+
+def _carried_over(known: _Searched) -> _Searched:
+    """`known`, or with the best motor of known laws in the place of a learned curve that predicts rows which it was not
+    fitted to far worse than that one: where segments have levels of their own a curve may pass through each."""
+    visited, curves = known.search.visited, LEARNED.keys() & set(known.found.fitted.names)
+    plain = visited.without(LEARNED)[0] if curves else known.search.linear
+    if plain is known.search.linear:
+        return known
+    held = hold_out(known.study, known.found)
+    if not held.own or held.after.drift < FAR * held.drift(plain.motor, plain):
+        return known
+    visited.forget(LEARNED)
+    return known._replace(found=known.search.as_found(plain))
 
 
 def _in_own_noise(known: _Searched) -> _Searched:

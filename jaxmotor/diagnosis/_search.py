@@ -18,6 +18,7 @@ from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
 from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._relations import Relations
+from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, apparent_delay, candidates, effect_columns
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._visited import FAR, Names, Visited
@@ -51,6 +52,8 @@ LEAST, SHARE = 0.1, 0.5
 noise: some law takes up a little of anything; and where that is so little that it may be what laws are off by."""
 LITTLE = 0.5
 """Part of chi2: where the first effect leaves more, it is tried from another start, too."""
+IDLE = 1e-3
+"""Part of chi2 by which a fit lowers it whose effect does something."""
 LIKELY = 0.4
 """Part of the best score's gain that a law of two inertias must promise where another effect explains everything."""
 HINT = 0.5
@@ -70,7 +73,8 @@ class Search:
     def __init__(self, solver: Solver, first: Motor, linear: Fitted, rig: Rig):
         self.solver, self.first, self.linear, self.rig = solver, first, linear, rig
         self.relations = Relations(solver.request.known)
-        self.visited = Visited(linear, self.relations, rig, solver.piece)
+        noise = max(NEARLY, rounding_chi2(solver, linear)) if solver.noise_known else 0.0
+        self.visited = Visited(linear, self.relations, rig, solver.piece, noise)
         self.explained = Explained(linear.chi2, solver.noise_known)
         self.own = self.visited.own
         """What is the log's: no candidate, and no cause."""
@@ -274,6 +278,11 @@ class Search:
         first = starts[0]
         others = [start for start in starts[1:] if shape_of(start) != shape_of(first)][:1]
         found = [fit(start.motor) for start in (first, *others)]
+        for start in starts[1:]:
+            # Beside the effects of `base` one may do nothing where it did alone, as a limit that is never reached.
+            if start.chi2 > self.least(base, LEAST) or min(one.chi2 for one in found) < (1 - IDLE) * base.chi2:
+                break
+            found.append(fit(start.motor))
         if base is self.linear and min(one.chi2 for one in found) > LITTLE * base.chi2:
             # Without the effect, gain and pole may have gone where it does not show.
             found.append(fit(with_effect(self.first, first.effect)))

@@ -1,6 +1,7 @@
 """The models that a search has fitted, and how probable each of them is by what it predicts of blocks left out."""
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 
@@ -16,10 +17,13 @@ Names = frozenset[str]
 
 
 class Visited:
-    """The best fit of each set of effects, that of the `linear` motor first."""
+    """The best fit of each set of effects, that of the `linear` motor first.
 
-    def __init__(self, linear: Fitted, relations: Relations, rig: Rig, piece: np.ndarray):
-        self.relations, self.rig, self.piece = relations, rig, piece
+    Up to `noise_chi2` per sample a motor leaves nothing but noise that is known; 0 where none is known.
+    """
+
+    def __init__(self, linear: Fitted, relations: Relations, rig: Rig, piece: np.ndarray, noise_chi2: float = 0.0):
+        self.relations, self.rig, self.piece, self.noise_chi2 = relations, rig, piece, noise_chi2
         self.own = frozenset(linear.names)
         """What is the log's: no candidate, and no cause."""
         self.fitted: dict[Names, Fitted] = {}
@@ -47,7 +51,8 @@ class Visited:
         """Probability of each model."""
         names = list(self.fitted)
         prices = [sum(map(self.relations.price, one - self.own), self._curve_price(one)) for one in names]
-        found = weights([self._evidence[one] for one in names], prices)
+        explained = [self.fitted[one].chi2 < self.noise_chi2 for one in names]
+        found = weights([self._evidence[one] for one in names], prices, explained, self.noise_chi2)
         return dict(zip(names, found.tolist(), strict=True))
 
     def _curve_price(self, names: Names) -> float:
@@ -66,6 +71,17 @@ class Visited:
         """The most probable one."""
         weight = self.weights()
         return self.fitted[max(weight, key=lambda names: weight[names])]
+
+    def without(self, effects: Collection[str]) -> list[Fitted]:
+        """Those that have none of these `effects`, the most probable first."""
+        weight = self.weights()
+        others = [names for names in weight if not names.intersection(effects)]
+        return [self.fitted[names] for names in sorted(others, key=lambda names: -weight[names])]
+
+    def forget(self, effects: Collection[str]) -> None:
+        """All that have one of these `effects`."""
+        for names in [names for names in self.fitted if names.intersection(effects)]:
+            del self.fitted[names], self._evidence[names], self._penalties[names]
 
     def probability(self, *effects: str) -> float:
         """Of any of these `effects`: the sum over the models that have one."""

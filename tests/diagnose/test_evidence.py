@@ -87,3 +87,18 @@ def test_the_simpler_of_two_equal_models_is_more_likely_and_a_better_one_wins():
     once = squares.copy()
     once[:, 4] *= 0.5
     assert weights([Evidence(squares), Evidence(once)], [0.0, 1.5])[0] > 0.6
+
+
+def test_a_block_beyond_the_known_noise_decides_where_the_other_model_leaves_nothing_else():
+    """Of thirty blocks one shows a law, which takes a tenth of the residual away."""
+    rng = np.random.default_rng(9)
+    squares = 1 + 0.02 * rng.standard_normal((3, 30))
+    linear = squares.copy()
+    linear[:, 11] += 4.0
+    both = [Evidence(linear, 20_000), Evidence(squares, 20_000)]
+    assert weights(both, [0.0, 1.5])[0] > 0.2
+    assert weights(both, [0.0, 1.5], [False, True])[0] < 1e-6
+    # Where the law does not explain the rest either, or where next to nothing is between them, blocks decide as before.
+    assert weights(both, [0.0, 1.5], [False, False]) == pytest.approx(weights(both, [0.0, 1.5]))
+    near = [Evidence(1.05 * squares, 20_000), Evidence(squares, 20_000)]
+    assert weights(near, [0.0, 1.5], [False, True]) == pytest.approx(weights(near, [0.0, 1.5]))
