@@ -4,12 +4,14 @@ import dataclasses
 
 import numpy as np
 
+from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import to_numpy
 from jaxmotor.estimate import Model, SpeedAverage, average_by_rows, stated
 from jaxmotor.motor.effects import LogFilter
 from jaxmotor.prediction import pack, row_window
 from jaxmotor.recording import Recording
 from jaxmotor.validation._free_simulation import simulate_model
+from jaxmotor.validation._open_loop import has_pieces
 
 
 def as_averaged(model: Model, recording: Recording, segments: tuple[int, ...]) -> tuple[Model, Recording, list[str]]:
@@ -18,16 +20,25 @@ def as_averaged(model: Model, recording: Recording, segments: tuple[int, ...]) -
     if recording.measured != "speed" or not segments:
         return model, recording, []
     rows = row_window(recording, segments)
-    if rows is not None:
-        average = average_by_rows(rows)
-        return model, stated(recording, average), [average.sentence]
-    average = model.average
-    if average is None or recording.speed_window_s is not None:
+    average = model.average if rows is None else average_by_rows(rows)
+    if average is None or (rows is None and recording.speed_window_s is not None):
         return model, recording, []
     filtered, averaged = _filtered(model, average), stated(recording, average)
+    if not _has_readings(averaged, segments):
+        return model, recording, []
+    if rows is not None:
+        return filtered, averaged, [average.sentence]
     if _square(filtered, averaged, segments) >= _square(model, recording, segments):
         return model, recording, []
     return filtered, averaged, [f"taken as in the recording that the model was identified from: {average.sentence}"]
+
+
+def _has_readings(recording: Recording, segments: tuple[int, ...]) -> bool:
+    """Each of `segments` is longer than the window of its speeds, where it begins in motion."""
+    try:
+        return all(has_pieces(recording, index) for index in segments)
+    except JaxmotorError:
+        return False
 
 
 def _filtered(model: Model, average: SpeedAverage) -> Model:

@@ -69,6 +69,16 @@ def test_a_log_that_is_not_averaged_is_read_as_it_is(identified):
     assert rmse(model, plain.unstated) < 1.1 * plain.noise
 
 
+def test_segments_shorter_than_the_window_are_read_as_they_are(identified):
+    log, recording, fit = identified
+    _, last = recording.segments
+    names = [name for name in ("time_s", "volts", "tick", "speed_rad_s") if getattr(last, name) is not None]
+    some = {name: getattr(last, name)[:4] for name in names}
+    short = dataclasses.replace(recording, segments=(last, dataclasses.replace(last, **some)))
+    notes = validate(fit, short, simulations=64).notes
+    assert any("recording that the model" in note for note in notes) == (log.seen == "filter")
+
+
 @pytest.mark.parametrize(
     "average",
     [
