@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxmotor.diagnosis._found import NEARLY
+from jaxmotor.diagnosis._found import LEAST, NEARLY
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.prediction import autoregression, k_steps, one_step
 
@@ -40,6 +40,7 @@ class Evidence(NamedTuple):
 
     squares: np.ndarray
     rows: int = 0
+    """Of all blocks."""
 
     @property
     def mean(self) -> np.ndarray:
@@ -89,20 +90,12 @@ def _mean_squares(columns: np.ndarray, shifts: np.ndarray, block: np.ndarray) ->
     return np.where(np.isfinite(outside), np.minimum(outside, WORST * inside), WORST * inside)
 
 
-def weights(
-    found: Sequence[Evidence], prices: Sequence[float], explained: Sequence[bool] = (), noise: float = NEARLY
-) -> np.ndarray:
+def weights(found: Sequence[Evidence], prices: Sequence[float], bounds: np.ndarray | float = 0.0) -> np.ndarray:
     """Probability of each model among those given, each with its price in logarithms of probability.
 
     (1 + t²/(B - 1))^(-B/2) exp(-price), t the difference of its score to the best one's over that difference's standard
-    error and `NOTHING` together, B the number of blocks (Student's distribution: few blocks say little).
-
-    Where some models leave nothing but noise that is known (`explained`), those that leave more are no more likely than
-
-        exp(-n (S/S* - c)/2)
-
-    of one row ahead, n rows, S the mean square in blocks left out, S* the least of the explained, c the chi2 per sample
-    that `noise` alone may have: what shows in few blocks only is no less there if it is that far beyond the noise.
+    error and `NOTHING` together, B the number of blocks (Student's distribution: few blocks say little). Before its
+    price, the logarithm of each is at most its `bounds` (model,), as from `beyond_noise` or `beyond_others`.
     """
     least = np.min([one.mean for one in found], axis=0)
     scores = np.stack([np.log(one.squares + SHARE * least[:, None]).mean(axis=0) for one in found])
@@ -110,11 +103,44 @@ def weights(
     spread = apart.std(axis=1, ddof=1) / math.sqrt(apart.shape[1])
     t = apart.mean(axis=1) / np.hypot(spread, NOTHING)
     blocks = apart.shape[1]
-    log = -0.5 * blocks * np.log1p(np.square(t) / (blocks - 1)) - np.asarray(prices)
-    if any(explained):
-        ahead = np.array([one.mean[1] for one in found])
-        excess = ahead / ahead[np.asarray(explained)].min() - noise
-        beyond = -0.5 * found[0].rows * np.maximum(excess, 0.0)
-        log = np.where(explained, log, np.minimum(log, beyond - np.asarray(prices)))
+    by_blocks = -0.5 * blocks * np.log1p(np.square(t) / (blocks - 1))
+    log = np.minimum(by_blocks, bounds) - np.asarray(prices)
     weight = np.exp(log - log.max())
     return weight / weight.sum()
+
+
+def beyond_noise(found: Sequence[Evidence], explained: Sequence[bool], noise: float = NEARLY) -> np.ndarray:
+    """(model,) bounds where the noise is known and some models leave nothing else (`explained`). Of those that leave
+    more
+
+        -n (S/S* - c)/2
+
+    of one row ahead, n rows, S the mean square in blocks left out, S* the least of the explained, c the chi2 per sample
+    that `noise` alone may have: what shows in few blocks only is no less there if it is that far beyond the noise.
+    """
+    known = np.asarray(explained)
+    if not known.any():
+        return np.zeros(len(found))
+    ahead = np.array([one.mean[1] for one in found])
+    excess = ahead / ahead[known].min() - noise
+    return np.where(known, 0.0, -0.5 * found[0].rows * np.maximum(excess, 0.0))
+
+
+def beyond_others(found: Sequence[Evidence], chi2: Sequence[float]) -> np.ndarray:
+    """(model,) bounds where the noise is as the log itself says. For a model with a `chi2` of which another one leaves
+    all but `LEAST`
+
+        -n (S/S* - 1 - NOTHING)/2
+
+    of one row ahead, S* of that other one, both without the block that speaks most for it: what
+    happened once is no law.
+    """
+    ahead, left = np.stack([one.squares[1] for one in found]), np.asarray(chi2)
+    bounds = np.zeros(len(found))
+    for number, own in enumerate(ahead):
+        others = ahead[left <= (1 - LEAST) * left[number]]
+        loudest = np.argmax(own - others, axis=1)[:, None]
+        rest = others.sum(axis=1) - np.take_along_axis(others, loudest, axis=1)[:, 0]
+        excess = (own.sum() - own[loudest[:, 0]]) / rest - 1 - NOTHING
+        bounds[number] = -0.5 * found[0].rows * max(excess.max(initial=0.0), 0.0)
+    return bounds

@@ -11,6 +11,9 @@ EXPLAINED = 1.15
 INEXACT = 0.03
 """Amplitude that is left, over what the linear motor leaves, up to which nothing is unexplained where the noise is not
 known: no law of friction or of a drive is more exact on a real motor."""
+LEAST = 0.1
+"""Part of the mean square, beside the noise where that is known, that an effect must take up where more is left than
+noise: some law takes up a little of anything."""
 COARSE = 2e-4
 """Part of chi2 that a step of a fit must promise while effects are compared; `FINE` once they are chosen."""
 FINE = 1e-6

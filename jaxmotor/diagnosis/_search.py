@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from jaxmotor.diagnosis._evidence import NOTHING
-from jaxmotor.diagnosis._found import COARSE, FINE, NAMED, NEARLY, Explained, Found, Named
+from jaxmotor.diagnosis._found import COARSE, FINE, LEAST, NAMED, NEARLY, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
@@ -47,9 +47,9 @@ SEEN = 1e-3
 """Part of the best model's weight that one must have had to be fitted anew in a recording that has changed a little."""
 EQUAL = 0.1
 """Part of a model's weight from which another one is not told from it."""
-LEAST, SHARE = 0.1, 0.5
-"""Part of the mean square, beside the noise where that is known, that an effect must take up where more is left than
-noise: some law takes up a little of anything; and where that is so little that it may be what laws are off by."""
+SHARE = 0.5
+"""Part of the mean square beside the known noise that an effect must take up where that is so little that it may be
+what laws are off by."""
 LITTLE = 0.5
 """Part of chi2: where the first effect leaves more, it is tried from another start, too."""
 IDLE = 1e-3

@@ -1,12 +1,12 @@
 """The models that a search has fitted, and how probable each of them is by what it predicts of blocks left out."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from jaxmotor.diagnosis._evidence import Evidence, evidence, weights
-from jaxmotor.diagnosis._found import COARSE, NONE
+from jaxmotor.diagnosis._evidence import Evidence, beyond_noise, beyond_others, evidence, weights
+from jaxmotor.diagnosis._found import COARSE, EXPLAINED, NONE
 from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import LEARNED, AbstractLearnedEffect, Rig, penalty
@@ -51,9 +51,16 @@ class Visited:
         """Probability of each model."""
         names = list(self.fitted)
         prices = [sum(map(self.relations.price, one - self.own), self._curve_price(one)) for one in names]
-        explained = [self.fitted[one].chi2 < self.noise_chi2 for one in names]
-        found = weights([self._evidence[one] for one in names], prices, explained, self.noise_chi2)
+        found = weights([self._evidence[one] for one in names], prices, self._bounds(names))
         return dict(zip(names, found.tolist(), strict=True))
+
+    def _bounds(self, names: Sequence[Names]) -> np.ndarray:
+        """(model,) Where the linear motor leaves more than the log's noise, laws that only imitate what is there also
+        predict better than none: blocks alone decide."""
+        found, chi2 = [self._evidence[one] for one in names], [self.fitted[one].chi2 for one in names]
+        if self.noise_chi2:
+            return beyond_noise(found, [one < self.noise_chi2 for one in chi2], self.noise_chi2)
+        return beyond_others(found, chi2) if self.fitted[self.own].chi2 <= EXPLAINED else np.zeros(len(names))
 
     def _curve_price(self, names: Names) -> float:
         """What the curves of a model cost more than they do in others, in logarithms of probability: by their prior,

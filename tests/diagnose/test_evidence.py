@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from jaxmotor.diagnosis._evidence import WORST, Evidence, blocks_of, evidence, weights
+from jaxmotor.diagnosis._evidence import WORST, Evidence, beyond_noise, beyond_others, blocks_of, evidence, weights
 from jaxmotor.diagnosis._free import layout_of, linear_of
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.prediction import autoregression, k_steps, one_step
@@ -97,8 +97,22 @@ def test_a_block_beyond_the_known_noise_decides_where_the_other_model_leaves_not
     linear[:, 11] += 4.0
     both = [Evidence(linear, 20_000), Evidence(squares, 20_000)]
     assert weights(both, [0.0, 1.5])[0] > 0.2
-    assert weights(both, [0.0, 1.5], [False, True])[0] < 1e-6
+    assert weights(both, [0.0, 1.5], beyond_noise(both, [False, True]))[0] < 1e-6
     # Where the law does not explain the rest either, or where next to nothing is between them, blocks decide as before.
-    assert weights(both, [0.0, 1.5], [False, False]) == pytest.approx(weights(both, [0.0, 1.5]))
+    assert weights(both, [0.0, 1.5], beyond_noise(both, [False, False])) == pytest.approx(weights(both, [0.0, 1.5]))
     near = [Evidence(1.05 * squares, 20_000), Evidence(squares, 20_000)]
-    assert weights(near, [0.0, 1.5], [False, True]) == pytest.approx(weights(near, [0.0, 1.5]))
+    assert weights(near, [0.0, 1.5], beyond_noise(near, [False, True])) == pytest.approx(weights(near, [0.0, 1.5]))
+
+
+def test_two_blocks_decide_by_rows_where_the_noise_is_as_the_log_says_and_one_does_not():
+    rng = np.random.default_rng(10)
+    squares = 1 + 0.02 * rng.standard_normal((3, 30))
+    once, twice = squares.copy(), squares.copy()
+    once[:, 11] += 4.0
+    twice[:, [11, 19]] += 2.0
+    for linear, low, high in ((once, 0.2, 1.0), (twice, 0.0, 1e-6)):
+        both = [Evidence(linear, 20_000), Evidence(squares, 20_000)]
+        assert weights(both, [0.0, 1.5])[0] > 0.2
+        assert low <= weights(both, [0.0, 1.5], beyond_others(both, [1.1, 0.95]))[0] <= high
+    # A law that takes next to nothing of chi2 up is no more likely by it.
+    assert beyond_others(both, [1.1, 1.05]) == pytest.approx([0.0, 0.0])
