@@ -51,7 +51,9 @@ def import_command(
     steady: Annotated[
         float | None, typer.Option(metavar="S", help="Rows are steady states, each taken to last S seconds.")
     ] = None,
-    period: Annotated[float | None, typer.Option(metavar="S", help="With --steady: the period of its ticks.")] = None,
+    period: Annotated[
+        float | None, typer.Option(metavar="S", help="Of rows, where no column has the time; of the ticks of --steady.")
+    ] = None,
     source: Annotated[Source, typer.Option("--from", help="The program that wrote the log.")] = "csv",
     units: Annotated[str | None, typer.Option(help="sysid CSV: rotations, radians, degrees, meters, ...")] = None,
     motor: Annotated[str | None, typer.Option(help="sysid: which of several motors.")] = None,
@@ -79,8 +81,9 @@ def import_command(
         "input_acts": input_acts if input_acts != "after" else None,
     }
     given = {key: value for key, value in options.items() if value is not None}
-    steady_s = {"hold_s": steady, "period_s": period}
-    _check_usage(source, set(given), units, motor, steady_s)
+    if steady is None and period is not None:
+        given["period_s"] = period
+    _check_usage(source, set(given), units, motor, steady, period)
     check_free(output, force)
 
     from jaxmotor.recording import as_options, import_log, import_steady, import_sysid, write
@@ -88,7 +91,7 @@ def import_command(
     if source == "sysid":
         recording = as_options(import_sysid)(log, units=units, motor=motor, wheel_radius_m=wheel_radius)
     elif steady is not None:
-        recording = as_options(import_steady)(log, wheel_radius_m=wheel_radius, **steady_s, **given)
+        recording = as_options(import_steady)(log, wheel_radius_m=wheel_radius, hold_s=steady, period_s=period, **given)
     else:
         recording = as_options(import_log)(log, wheel_radius_m=wheel_radius, **given)
     write(recording, output)
@@ -96,11 +99,11 @@ def import_command(
 
 
 def _check_usage(
-    source: Source, given: set[str], units: str | None, motor: str | None, steady: dict[str, float | None]
+    source: Source, given: set[str], units: str | None, motor: str | None, steady: float | None, period: float | None
 ) -> None:
-    if (steady["hold_s"] is None) != (steady["period_s"] is None):
-        raise typer.BadParameter("--steady and --period belong together")
-    if steady["hold_s"] is not None:
+    if steady is not None:
+        if period is None:
+            raise typer.BadParameter("--steady needs --period S, the period of its ticks")
         if source == "sysid" or not {"input", "speed"} <= given <= {*CURVE, "input", "speed"}:
             raise typer.BadParameter("--steady takes --input COL:UNIT and --speed COL:UNIT, and no other column")
         return
@@ -111,8 +114,11 @@ def _check_usage(
         return
     if units is not None or motor is not None:
         raise typer.BadParameter("--units and --motor belong to --from sysid")
-    if not {"time", "input"} <= given:
-        raise typer.BadParameter("state the columns with --time COL[:s|ms|us] and --input COL:UNIT")
+    if len(given & {"time", "period_s"}) != 1 or "input" not in given:
+        raise typer.BadParameter(
+            "state the columns with --time COL[:s|ms|us] (or --period S, where no column has the time) and "
+            "--input COL:UNIT"
+        )
     if len(given & {"speed", "angle", "count", "pulses"}) != 1:
         raise typer.BadParameter(
             "state the shaft with exactly one of --speed COL:UNIT, --angle COL:UNIT, --count COL, --pulses COL"

@@ -33,7 +33,7 @@ UNKNOWN_V = 1.0
 def import_log(
     path: str | os.PathLike[str] | Table,
     *,
-    time: str = "t_s:s",
+    time: str | None = None,
     input: str = "u_V:V",
     speed: str | None = None,
     angle: str | None = None,
@@ -52,10 +52,12 @@ def import_log(
     columns: str | None = None,
     drop_first: int = 0,
     decimal_comma: bool = False,
+    period_s: float | int | None = None,
 ) -> Recording:
     """The recording in the CSV at `path`, whose columns and units are stated.
 
-    `time` is `COL[:s|ms|us|ns]`; `input` is `COL:V`, `COL:mV`, `COL:duty:FULL` or `COL:percent`, of which the last two
+    `time` is `COL[:s|ms|us|ns]`, `t_s:s` unless stated; a log without time stamps has rows that are `period_s` apart.
+    `input` is `COL:V`, `COL:mV`, `COL:duty:FULL` or `COL:percent`, of which the last two
     need a supply; exactly one of `speed` (`COL:UNIT`), `angle` (`COL:UNIT`), `count` (`COL`, a running counter) and
     `pulses` (`COL`, the counts since the row before) is given. `wrap` is the width [bit] of a counter that wraps, or
     `"turn"` for an angle within one turn. The supply is `supply_V`, or the column `supply` (`COL:V|mV`), or both:
@@ -73,6 +75,9 @@ def import_log(
 
     **Raises:** `RecordingError`.
     """
+    if time is not None and period_s is not None:
+        raise RecordingError("--time and --period both say when the rows were; state one of them")
+    time = "t_s:s" if time is None and period_s is None else time
     stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "pulses": pulses}
     stated |= {"wrap": None if wrap is None else str(wrap), "segment": segment, "supply": supply, "columns": columns}
     path = path if isinstance(path, Table) else path_of(path, "the path of a log")
@@ -82,14 +87,17 @@ def import_log(
     shaft.check()
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
+    period_s = positive(period_s, "--period")
     if supply_unknown and (supply_V is not None or supply is not None):
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
     table = path if isinstance(path, Table) else _opened(path, columns, drop_first, decimal_comma)
     names = list(table.cells)
     with about_log(table.source):
         table, bounds, labels = _segments(table, segment, drop_first)
-        clock, unit_s = split_time(time, names)
-        stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
+        stamps = np.arange(len(table)) * (period_s or 1.0), 0.0
+        if time is not None:
+            clock, unit_s = split_time(time, names)
+            stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
         _check_time(table, stamps[0], bounds)
         stated_input = split_input(input, names)
         measured = None if supply is None else _supply(table, supply, names)
@@ -98,7 +106,7 @@ def import_log(
             table, bounds, stamps, stated_input, shaft, scale, nominal_V, measured, input_acts == "before"
         )
     missing = len(table) - len(log.stamps[0])
-    imported = _how(Path(table.source), input_acts, stated) | ({"missing_rows": missing} if missing else {})
+    imported = _how(Path(table.source), input_acts, stated, period_s) | ({"missing_rows": missing} if missing else {})
     recording = assemble(
         log,
         bounds,
@@ -141,9 +149,10 @@ def _nominal(stated: Input, measured: np.ndarray | None, supply_V: float | None,
     return supply_V if supply_V is not None or measured is None else float(measured[np.isfinite(measured)][0])
 
 
-def _how(path: Path, input_acts: str, stated: dict[str, str | None]) -> dict[str, Any]:
+def _how(path: Path, input_acts: str, stated: dict[str, str | None], period_s: float | None) -> dict[str, Any]:
     """The log and how it was read, for the header: only what was stated."""
     acts = {} if input_acts == "after" else {"input_acts": input_acts}
+    acts |= {} if period_s is None else {"period_s": period_s}
     return {"log": path.name} | acts | {key: value for key, value in stated.items() if value is not None}
 
 

@@ -63,7 +63,8 @@ def text_of(data: bytes, source: str) -> str:
         raise fault(
             source, _line_at(data, error.start), "not UTF-8 text; save it as UTF-8, or it is damaged or another kind"
         ) from error
-    text = text.replace("\r\n", "\n")
+    # A file that was written as text with line ends of its own, and copied as text, has two returns.
+    text = text.replace("\r\r\n", "\n").replace("\r\n", "\n")
     if (stray := text.find("\r")) >= 0:
         raise fault(source, text.count("\n", 0, stray) + 1, "a stray carriage return; end lines with a newline")
     return text

@@ -77,7 +77,9 @@ def split_time(text: str, columns: list[str]) -> tuple[str, float]:
     try:
         return existing(name, columns), TIMES["s"]
     except RecordingError as error:
-        raise RecordingError(f"{error}; a recording needs the time of each row (--time)") from error
+        raise RecordingError(
+            f"{error}; a recording needs the time of each row (--time, or --period where rows are evenly spaced)"
+        ) from error
 
 
 def split_unit(text: str, columns: list[str], what: str) -> tuple[str, str]:

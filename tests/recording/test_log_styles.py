@@ -59,6 +59,26 @@ def check(recording, ticks=range(8), numbers=range(8)):
 RIG = {"counts_per_rev": 600, "supply_V": 7.4}
 STATED = {"time": "t", "input": "duty:duty:255", "count": "count"} | RIG
 
+
+def test_no_time_column(imported, refused):
+    text, stated = "".join(f"{d},{n}\n" for d, n in zip(DUTY, COUNT, strict=True)), STATED | {"columns": "duty,count"}
+    del stated["time"]
+    recording = imported(text, **stated, period_s=0.01)
+    check(recording)
+    assert recording.header["imported"]["period_s"] == 0.01
+    whole = imported(text.replace("\n-80,81", "\nnan,81"), **stated, period_s=0.01)
+    check(whole, ticks=[0, 1, 2, 3, 4, 6, 7], numbers=[0, 1, 2, 3, 4, 6, 7])
+    assert "period_s is 0; it is a positive number" in refused(text, **stated, period_s=0)
+    assert "state one of them" in refused(text, **stated, time="duty", period_s=0.01)
+    assert "period_s where rows are evenly spaced" in refused(text, **stated)
+
+
+def test_line_ends(imported):
+    plain = "t,duty,count\n" + rows("{t:.2f},{d},{n}\n")
+    for end in ("\r\n", "\r\r\n"):
+        check(imported(plain.replace("\n", end), **STATED))
+
+
 STYLES = {
     "Arduino, Serial.println, milliseconds, no names": (
         rows("{k}0,{d},{n}\r\n"),
