@@ -28,7 +28,7 @@ from jaxmotor.estimate import (
     linear_rows,
 )
 from jaxmotor.motor import AbstractEffect, Motor
-from jaxmotor.motor.effects import parameters, told_parameters
+from jaxmotor.motor.effects import parameters
 from jaxmotor.validation import Interval, Score
 
 if TYPE_CHECKING:
@@ -103,9 +103,10 @@ class FoundEffect:
     @property
     def summary(self) -> str:
         """What it does, with its parameters in SI."""
-        about = told_parameters(self.effect)
-        shown = {name: f"{self.parameters[name]:.4g} {about[name]['unit']}".removesuffix(" 1") for name in about}
-        return self.effect.says.format(**shown)
+        about, (says, values) = parameters(self.effect), self.effect.told()
+        return says.format(
+            **{name: f"{value:.4g} {about[name]['unit']}".removesuffix(" 1") for name, value in values.items()}
+        )
 
     @property
     def parameters(self) -> dict[str, float]:

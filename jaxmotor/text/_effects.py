@@ -80,13 +80,14 @@ def sentence(found: FoundEffect) -> str:
 def law(effect: AbstractEffect, standard_error: Mapping[str, float]) -> str:
     """What `effect` does, with its parameters ± 95 %; those without an error stand alone."""
     shown = {}
-    for name, about in parameters(effect).items():
-        value = float(getattr(effect, name))
+    says, values = effect.told()
+    for name, value in values.items():
+        about = parameters(effect)[name]
         factor, unit = scaled(about, value)
         fixed = about["kind"] == "fixed" and not unit
         error = standard_error.get(name, math.nan)
         shown[name] = f"{value:g}" if fixed else with_error(factor * value, factor * error, unit)
-    return effect.says.format(**shown)
+    return says.format(**shown)
 
 
 def capital(text: str) -> str:

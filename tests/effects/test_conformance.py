@@ -26,6 +26,7 @@ from effect_cases import (
 from jaxmotor.motor import simulate
 from jaxmotor.motor._motor import Motor
 from jaxmotor.motor.effects import EFFECTS, parameters
+from jaxmotor.text import law
 
 pytestmark = pytest.mark.usefixtures("x64")
 NAMES = sorted(EFFECTS)
@@ -136,3 +137,14 @@ def test_effect_shows(name):
 
 def test_every_effect_has_a_size():
     assert set(SIZES) == set(EFFECTS)
+
+
+def test_a_negative_size_is_told_by_its_sentence():
+    falls, rises = (law(EFFECTS["supply_drift"].of(rate_per_s=sign * 2e-4), {}) for sign in (1, -1))
+    assert falls == "the supply falls by 1.2 % per minute" and rises == "the supply rises by 1.2 % per minute"
+    told = {name: effect.start() for name, effect in EFFECTS.items() if effect.says_negative}
+    for name, effect in told.items():
+        signed = [key for key, about in parameters(effect).items() if about["kind"] == "signed"]
+        size = abs(float(getattr(effect, signed[0])))
+        positive, negative = (law(effect.but(**{signed[0]: sign * size}), {}) for sign in (1, -1))
+        assert len(signed) == 1 and positive != negative and "-" not in negative, name

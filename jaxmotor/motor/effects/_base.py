@@ -71,6 +71,8 @@ class AbstractEffect(eqx.Module):
     """`drive`, `motion` or `sensor`."""
     says: ClassVar[str]
     """What it does, for people: the end of a sentence, with its parameters in braces."""
+    says_negative: ClassVar[str] = ""
+    """The same where its signed parameter is negative, with that parameter's size in braces; as `says` where empty."""
     advice: ClassVar[str]
     """What to do about it, for people."""
     stage: ClassVar[int] = 0
@@ -115,6 +117,14 @@ class AbstractEffect(eqx.Module):
     """Over which fits difference its parameters: relative where they are positive, else of their scale."""
 
     __repr__ = readable
+
+    def told(self) -> tuple[str, dict[str, float]]:
+        """The sentence that says what it does, its parameters in braces, and their values as the sentence has them."""
+        values = {name: float(getattr(self, name)) for name in told_parameters(self)}
+        signed = [name for name in values if parameters(self)[name]["kind"] == "signed"]
+        if not self.says_negative or all(values[name] >= 0 for name in signed):
+            return self.says, values
+        return self.says_negative, values | {name: -values[name] for name in signed}
 
     @classmethod
     def of(cls: type[E], **values: Any) -> E:

@@ -51,6 +51,7 @@ class LoadStep(AbstractMotionEffect, AbstractStepInTime):
     name: ClassVar[str] = "load_step"
     program_level: ClassVar[int | None] = 0
     says: ClassVar[str] = "a change at t = {moment_s}: from then on a constant load takes {volts_V} more"
+    says_negative: ClassVar[str] = "a change at t = {moment_s}: from then on a constant load takes {volts_V} less"
     volts_V: Scalar = parameter("V", "signed", neutral=0.0, start=0.1, scale=0.1)
     """[V]"""
 
@@ -68,6 +69,7 @@ class DriveStep(AbstractDriveEffect, AbstractStepInTime):
     name: ClassVar[str] = "drive_step"
     program_level: ClassVar[int | None] = 0
     says: ClassVar[str] = "a change at t = {moment_s}: from then on any voltage is larger by {change_ratio}"
+    says_negative: ClassVar[str] = "a change at t = {moment_s}: from then on any voltage is smaller by {change_ratio}"
     change_ratio: Scalar = parameter("1", "signed", neutral=0.0, start=0.05, scale=0.05)
     """[1]"""
 

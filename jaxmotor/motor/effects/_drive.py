@@ -61,6 +61,7 @@ class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
     family: ClassVar[str] = "drive"
     program_level: ClassVar[int | None] = 0
     says: ClassVar[str] = "the supply falls by {rate_per_s}"
+    says_negative: ClassVar[str] = "the supply rises by {rate_per_s}"
     advice: ClassVar[str] = "Charge the battery, use a regulated supply, or log the supply's voltage with every row."
     stage: ClassVar[int] = 1
     rate_per_s: Scalar = parameter("1/s", "signed", neutral=0.0, start=1e-3, scale=1e-3)
@@ -179,6 +180,7 @@ class DirectionAsymmetry(AbstractDriveEffect, AbstractSourceEffect):
     program_level: ClassVar[int | None] = 0
     over: ClassVar[str] = "voltage"
     says: ClassVar[str] = "voltages act {ratio} stronger forward, and as much weaker backward"
+    says_negative: ClassVar[str] = "voltages act {ratio} weaker forward, and as much stronger backward"
     advice: ClassVar[str] = (
         "Scale commands by direction; measure at the motor's terminals which half of the bridge is weak."
     )

@@ -155,6 +155,9 @@ class LoadTorque(AbstractMotionEffect, AbstractTorqueEffect):
     program_level: ClassVar[int | None] = 0
     rarity: ClassVar[float] = 5 / 6
     says: ClassVar[str] = "a constant load takes {volts_V} from forward motion and gives as much to backward motion"
+    says_negative: ClassVar[str] = (
+        "a constant load takes {volts_V} from backward motion and gives as much to forward motion"
+    )
     advice: ClassVar[str] = (
         "Look for a weight or a spring on the shaft; balance it, or add that voltage to every command."
     )

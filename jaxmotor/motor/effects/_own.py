@@ -58,14 +58,14 @@ def _check_texts(effect: type[AbstractEffect]) -> None:
     for attribute, what in about.items():
         if not (isinstance(text := getattr(effect, attribute, None), str) and text):
             raise JaxmotorError(f"{effect.__name__} lacks the attribute {attribute}: {what}, a text")
-    try:
-        used = {field for _, field, _, _ in string.Formatter().parse(effect.says) if field is not None}
-    except ValueError:
-        raise JaxmotorError(f"{effect.__name__}.says has a brace that is never closed or opened") from None
-    if unknown := sorted(used - set(parameters(effect))):
-        raise JaxmotorError(
-            f"{effect.__name__}.says has {shown(unknown[0])} in braces, which is none of its parameters"
-        )
+    for attribute in ("says", "says_negative"):
+        where = f"{effect.__name__}.{attribute}"
+        try:
+            fields = [field for _, field, _, _ in string.Formatter().parse(getattr(effect, attribute))]
+        except ValueError:
+            raise JaxmotorError(f"{where} has a brace that is never closed or opened") from None
+        if unknown := sorted({field for field in fields if field is not None} - set(parameters(effect))):
+            raise JaxmotorError(f"{where} has {shown(unknown[0])} in braces, which is none of its parameters")
 
 
 def _check_name(effect: type[AbstractEffect], built_in: Effects) -> None:

@@ -38,6 +38,9 @@ class CubicDrive(AbstractDriveEffect, AbstractSourceEffect):
     sought_last: ClassVar[bool] = True
     rarity: ClassVar[float] = RARITY
     says: ClassVar[str] = "voltages act stronger than in proportion: 10 V by {cubic_1_V2}, others with their square"
+    says_negative: ClassVar[str] = (
+        "voltages act weaker than in proportion: 10 V by {cubic_1_V2}, others with their square"
+    )
     advice: ClassVar[str] = (
         "Measure the mean voltage at the motor's terminals against the command, and invert that curve in software."
     )
