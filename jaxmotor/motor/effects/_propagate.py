@@ -11,13 +11,13 @@ is e - (1 - β)/K w and no state; without load the second line is absent.
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from jaxmotor.motor._linear import AbstractLinearMotor
 from jaxmotor.motor.effects._base import Load, Scalar
 
 Matrix = Float[Array, "_ _ ..."]
-HALVINGS, TERMS = 14, 10
+HALVINGS, TERMS = 14, 8
 SHORTEST_LAG = 1e-5
 """A lag below this [s] is interpolated between none and this one: the current's own motion is over in no time."""
 
@@ -81,20 +81,70 @@ def _equations(
 
 
 def _means(equations: Equations, duration: Scalar) -> Matrix:
-    """Integral of the equations over `duration`: states at its end, and the means of w and q."""
-    names, zero = list(equations), jnp.zeros_like(duration)
-    states = [name for name in names if "w" in equations[name] and not name.startswith("mean")]
-    rows = [
-        [equations[row].get(column, zero) * (duration if row in states else 1.0) for column in names] for row in names
-    ]
-    moved = _exponential(jnp.stack([jnp.stack(row) for row in rows]))
-    return jnp.concatenate([moved[: len(states)], moved[-2:]])[:, :-2]
+    """Integral of the equations over `duration` h: states at its end, and the means of w and q.
+
+    With x' = A x + B u of constant u, and φ1(z) = (exp(z) - 1)/z, φ2(z) = (exp(z) - 1 - z)/z² [Higham 2008, 10.7.4],
+
+        x(h) = exp(Ah) x + h φ1(Ah) B u,    mean x = φ1(Ah) x + h φ2(Ah) B u.
+    """
+    zero = jnp.zeros_like(duration)
+    states = [name for name in equations if "w" in equations[name] and not name.startswith("mean")]
+    inputs = [name for name in equations if not (name in states or name.startswith("mean"))]
+
+    def factors(rows: list[str], columns: list[str], times: Scalar | float = 1.0) -> Square:
+        return [[equations[row].get(column, zero) * times for column in columns] for row in rows]
+
+    grown, first, second = _functions(factors(states, states, duration))
+    driven = factors(states, inputs, duration)
+    end = [own + by for own, by in zip(_plus_one(grown), _product(first, driven), strict=True)]
+    means = [own + by for own, by in zip(first, _product(second, driven), strict=True)]
+    shown, at_once = factors(["mean w", "mean q"], states), factors(["mean w", "mean q"], inputs)
+    for direct, row in zip(at_once, _product(shown, means), strict=True):
+        end.append([*row[: len(states)], *map(jnp.add, row[len(states) :], direct)])
+    return jnp.stack([jnp.stack(row) for row in end])
 
 
-def _exponential(matrix: Float[Array, "n n"]) -> Float[Array, "n n"]:
-    """exp(M) = exp(M/2^s)^(2^s), with ten terms of the series; 1 is kept apart so that no digit of it is lost."""
-    one = jnp.eye(len(matrix), dtype=matrix.dtype)
-    part = matrix / 2**HALVINGS
-    # Loops: a product is compiled once.
-    nested = jax.lax.fori_loop(0, TERMS - 1, lambda k, x: one + part @ x / (TERMS - k), one)
-    return one + jax.lax.fori_loop(0, HALVINGS, lambda _, x: 2 * x + x @ x, part @ nested)
+Square = list[list[Scalar]]
+"""A small matrix of numbers, so that arrays in their place are computed side by side, whatever their axes."""
+
+
+def _functions(matrix: Square) -> tuple[Square, Square, Square]:
+    """exp(z) - 1, φ1(z) and φ2(z), from the series at z/2^s; 1 is kept apart so that no digit of it is lost.
+
+    exp(2z) - 1 = (exp(z) - 1) (2 + exp(z) - 1),   φ1(2z) = φ1(z) (1 + exp(z))/2,   φ2(2z) = (φ1(z)² + 2 φ2(z))/4
+    """
+    part = _scaled(matrix, 0.5**HALVINGS)
+
+    def nested(k: Int[Array, ""], second: Square) -> Square:
+        return _scaled(_plus_one(_scaled(_product(part, second), 2 / (TERMS + 1 - k))), 0.5)
+
+    second = jax.lax.fori_loop(0, TERMS - 1, nested, _scaled(_plus_one(_scaled(part, 1 / (TERMS + 2))), 0.5))
+    first = _plus_one(_product(part, second))
+    grown = _product(part, first)
+
+    def twice(_: Int[Array, ""], now: tuple[Square, Square, Square]) -> tuple[Square, Square, Square]:
+        grown, first, second = now
+        return (
+            _sum(_scaled(grown, 2.0), _product(grown, grown)),
+            _sum(first, _scaled(_product(first, grown), 0.5)),
+            _sum(_scaled(second, 0.5), _scaled(_product(first, first), 0.25)),
+        )
+
+    return jax.lax.fori_loop(0, HALVINGS, twice, (grown, first, second))
+
+
+def _product(a: Square, b: Square) -> Square:
+    columns = list(zip(*b, strict=True))
+    return [[sum(map(jnp.multiply, row[1:], column[1:]), row[0] * column[0]) for column in columns] for row in a]
+
+
+def _sum(a: Square, b: Square) -> Square:
+    return [list(map(jnp.add, *rows)) for rows in zip(a, b, strict=True)]
+
+
+def _scaled(matrix: Square, factor: Scalar | float) -> Square:
+    return [[factor * value for value in row] for row in matrix]
+
+
+def _plus_one(matrix: Square) -> Square:
+    return [[value + 1.0 if i == j else value for j, value in enumerate(row)] for i, row in enumerate(matrix)]
