@@ -90,7 +90,7 @@ def import_command(
 
     if source == "sysid":
         recording = as_options(import_sysid)(log, units=units, motor=motor, wheel_radius_m=wheel_radius)
-    elif steady is not None:
+    elif steady is not None and period is not None:
         recording = as_options(import_steady)(log, wheel_radius_m=wheel_radius, hold_s=steady, period_s=period, **given)
     else:
         recording = as_options(import_log)(log, wheel_radius_m=wheel_radius, **given)
