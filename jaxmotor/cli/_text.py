@@ -24,7 +24,7 @@ def fit_text(fit: Fit, extra: list[str], written: list[Path]) -> str:
     if "electrical_time_constant_s" in values:
         tau, error = values["electrical_time_constant_s"], errors["electrical_time_constant_s"]
         lines.append(f"  L/R     {with_error(1e3 * tau, 1e3 * error, 'ms')}")
-    if fit.method == "exact":
+    if fit.has_offset:
         lines.append(f"  offset  {with_error(1e3 * fit.offset_V, 1e3 * fit.offset_standard_error_V, 'mV')}")
         lines += _opposing(fit)
     left_open = allowing(fit)

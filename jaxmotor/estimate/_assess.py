@@ -24,6 +24,12 @@ FEW_CLUSTERS = 6
 """With fewer blocks of rows than this their disagreement says too little on its own."""
 UNDETERMINED = 0.3
 """Relative standard error from which a parameter is said not to be determined."""
+HELD_OFFSET = (1,)
+"""The place of the voltage offset in ψ."""
+NO_OFFSET = (
+    "this input does not tell a constant voltage error (offset) from the gain: it is taken to be none; to decide, add "
+    "steps of a second height"
+)
 LEAST_POLE_SHARE = 0.01
 """A pole that shows in less than this part of the motion would be fitted to the model error."""
 
@@ -64,18 +70,20 @@ def assess(
     errors: Uncertainty,
     of_log: tuple[str, ...] = (),
     alike: bool = False,
+    held: tuple[int, ...] = (),
 ) -> Assessment:
     """The standard errors that fit the residuals' nature, and notes on what they rest on.
 
     Where the encoder alone explains the residuals: rounding drawn anew. Else: from how segments disagree, widened
     by Student's t, so that 1.96 standard errors hold the truth 95 times of 100. What friction or a delay would move
     is added where the recording shows them. ψ ends with what is `of_log`: "filter" (log of its time constant [s]),
-    "window" (log of its rows) and "offset" (rows); `alike` says that an offset would do as well as the window.
+    "window" (log of its rows) and "offset" (rows); `alike` says that an offset would do as well as the window. Of ψ
+    those that are `held` were not fitted.
 
     **Raises:** `JaxmotorError` where gain or pole are not determined.
     """
-    psi, model, notes = np.asarray(solution.psi), np.asarray(errors.model), []
-    covariance, shift = _by_residuals(packed, errors), _shift(packed, errors)
+    psi, errors, notes = np.asarray(solution.psi), _of_fitted(errors, held), [NO_OFFSET] if held else []
+    model, covariance, shift = np.asarray(errors.model), _by_residuals(packed, errors), _shift(packed, errors)
     if shift is not None:
         covariance = covariance + np.outer(shift, shift)
         notes.append(
@@ -85,6 +93,8 @@ def assess(
     if of_log:
         lag = LAG_S[1] * np.asarray(errors.hidden_shift)[:, HIDDEN.index("electrical lag")]
         covariance = covariance + np.outer(lag, lag)
+    fitted = np.isin(np.arange(len(psi)), held, invert=True)
+    covariance = np.where(np.outer(fitted, fitted), covariance, 0.0)
     timing, average = properties_of(psi, covariance, of_log, packed.durations[0], alike)
     own = slice(len(psi) - len(of_log))
     psi, covariance, model = psi[own], covariance[own, own], model[own, own]
@@ -111,6 +121,21 @@ def assess(
         open_hypotheses=left_open,
         allowed=allowed,
     )
+
+
+def _of_fitted(errors: Uncertainty, held: tuple[int, ...]) -> Uncertainty:
+    """`errors` in which those of ψ that were `held` are of size one and stand alone."""
+    if not held:
+        return errors
+    squares, places = {}, list(held)
+    for name in ("model", "clustered", "requantised"):
+        square = np.array(getattr(errors, name))
+        square[places] = square[:, places] = 0.0
+        square[places, places] = 1.0
+        squares[name] = square
+    freedom = np.array(errors.degrees_of_freedom)
+    freedom[places] = freedom.max(where=np.isfinite(freedom), initial=1.0)
+    return errors._replace(degrees_of_freedom=freedom, **squares)
 
 
 def _by_residuals(packed: Packed, errors: Uncertainty) -> np.ndarray:

@@ -66,15 +66,20 @@ def explained(packed: Packed, estimate: Estimate) -> bool:
 
 
 def averaged(
-    recording: Recording, fitted: tuple[int, ...], noise: Noise, psi: np.ndarray, seed: int
+    recording: Recording,
+    fitted: tuple[int, ...],
+    noise: Noise,
+    psi: np.ndarray,
+    seed: int,
+    also_held: tuple[int, ...] = (),
 ) -> tuple[Packed, Estimate, Assessment] | None:
     """The fit with the average of the speeds, sought from the motor `psi` (3,); None where none is seen.
 
-    `noise` is that of a speed while nothing is known of the average. None also where more than noise is left: friction
-    may have been taken for an average.
+    `noise` is that of a speed while nothing is known of the average. Of the motor `also_held` are not fitted. None also
+    where more than noise is left: friction may have been taken for an average.
     """
     packed = without_transients(recording, pack(recording, fitted, rest_before=True, few_shapes=True, noise=noise))
-    search = _Search(recording, packed, psi, seed)
+    search = _Search(recording, packed, psi, seed, also_held)
     chosen = search.chosen()
     if chosen is not None and "window" in chosen.of_log:
         # The noise is known once the window is.
@@ -87,21 +92,24 @@ def averaged(
     ):
         return None
     estimate = _only(chosen)
-    return search.packed, estimate, assess(recording, search.packed, *estimate, chosen.of_log, search.alike)
+    assessment = assess(recording, search.packed, *estimate, chosen.of_log, search.alike, also_held)
+    return search.packed, estimate, assessment
 
 
 class _Search:
     """All candidates of one recording."""
 
-    def __init__(self, recording: Recording, packed: Packed, psi: np.ndarray, seed: int) -> None:
-        self.recording, self.packed, self.seed = recording, packed, seed
+    def __init__(
+        self, recording: Recording, packed: Packed, psi: np.ndarray, seed: int, also_held: tuple[int, ...]
+    ) -> None:
+        self.recording, self.packed, self.seed, self.also_held = recording, packed, seed, also_held
         self.start = np.array([*psi[:3], np.log(LAG_S[0]), np.log(NONE_ROWS), 0.0])
         self.alike = False
         """Readings off the moments at which voltages change do as well as the window."""
 
     def fit(self, of_log: tuple[str, ...], start: np.ndarray) -> Candidate | None:
         """From ψ `start` (6,); None where it does not settle, or settles at what is no average."""
-        held = np.array([False] * 3 + [name not in of_log for name in OF_LOG])
+        held = np.array([place in self.also_held for place in range(3)] + [name not in of_log for name in OF_LOG])
         try:
             estimate = fit_whole(self.recording, as_problem(self.packed, True, held), start, self.seed)
         except JaxmotorError:

@@ -63,6 +63,11 @@ class Fit(Shown, Assessment):
     """What the recording states of its encoder and supply."""
 
     @property
+    def has_offset(self) -> bool:
+        """A voltage offset was fitted along."""
+        return self.method == "exact" and self.offset_standard_error_V > 0
+
+    @property
     def model(self) -> Model:
         """The motor as its model file would hold it."""
         return Model(
@@ -85,7 +90,7 @@ class Fit(Shown, Assessment):
     def _rows(self) -> tuple[Row, ...]:
         errors = [getattr(self.standard_error, name, math.nan) for name, _ in LINEAR]
         offset = Row("voltage_offset", self.offset_V, self.offset_standard_error_V, "V")
-        return (*linear_rows(self.motor, errors), *([offset] if self.method == "exact" else []))
+        return (*linear_rows(self.motor, errors), *([offset] if self.has_offset else []))
 
     def _remarks(self) -> tuple[str, ...]:
         left_open = allowing(self)

@@ -9,7 +9,7 @@ from jaxmotor._arguments import check_choice, check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._programs import compile_ahead
-from jaxmotor.estimate._assess import EVIDENCE, Assessment, assess, is_quiet
+from jaxmotor.estimate._assess import EVIDENCE, HELD_OFFSET, UNDETERMINED, Assessment, assess, is_quiet
 from jaxmotor.estimate._averaging import averaged, explained
 from jaxmotor.estimate._compiled import evaluate_program, response_program, start_program, trajectory_program
 from jaxmotor.estimate._electrical import electrical_share
@@ -25,13 +25,15 @@ from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor import FirstOrder
-from jaxmotor.prediction import Packed, Problem, as_problem, pack, row_window, without_transients
+from jaxmotor.prediction import Packed, Problem, as_problem, holding, pack, row_window, without_transients
 from jaxmotor.recording import Recording, Which, check, chosen_segments, recording_of
 
 METHODS = Literal["exact", "paper"]
 ORDERS = Literal["first", "second"]
 FIRST_OFFSET_ROWS = 0.05
 """Timing offset from which it is sought."""
+ONE_VOLTAGE = 0.01
+"""Part of a voltage by which others are no second one."""
 NOT_CONVERGED = "the fit to the frequency response did not converge; gain and pole come from the whole recording"
 
 
@@ -206,32 +208,69 @@ def _data_start(problem: Problem) -> np.ndarray:
     return np.asarray(start_program(problem, to_jax(pole_range(problem.batch)))["psi"])
 
 
-def _first_order(
-    recording: Recording, fitted: tuple[int, ...], packed: Packed, psi: np.ndarray, seed: int
-) -> tuple[Packed, Estimate, Assessment]:
-    """The fit from `psi`, with what the header does not state of the log where that explains it.
+Whole = tuple[Packed, Estimate, Assessment]
+
+
+def _first_order(recording: Recording, fitted: tuple[int, ...], packed: Packed, psi: np.ndarray, seed: int) -> Whole:
+    """The fit from `psi`; without a voltage offset where a single voltage was applied, which does not tell the two
+    apart, and the gain is determined only then.
+
+    **Raises:** `JaxmotorError` where it does not settle.
+    """
+    ends: list[Whole | JaxmotorError] = []
+    for offset in (True, False) if _is_one_voltage(packed) else (True,):
+        try:
+            ends.append(_fit_of(recording, fitted, packed, psi * [1, offset, 1], seed, offset))
+        except JaxmotorError as refused:
+            ends.append(refused)
+        if _gain_is_known(ends[-1]):
+            break
+    found = next((end for end in (ends[-1], *ends) if not isinstance(end, JaxmotorError)), ends[0])
+    if isinstance(found, JaxmotorError):
+        raise found
+    return found
+
+
+def _gain_is_known(found: Whole | JaxmotorError) -> bool:
+    if isinstance(found, JaxmotorError):
+        return False
+    assessment = found[2]
+    return bool(np.sqrt(assessment.covariance[0, 0]) < UNDETERMINED * abs(float(assessment.motor.gain)))
+
+
+def _is_one_voltage(packed: Packed) -> bool:
+    """All rows have the same voltage, but for those without any."""
+    volts = packed.batch.volts[packed.batch.valid & (packed.batch.volts != 0)]
+    return bool(volts.size and np.ptp(volts) < ONE_VOLTAGE * np.abs(volts).max())
+
+
+def _fit_of(
+    recording: Recording, fitted: tuple[int, ...], packed: Packed, psi: np.ndarray, seed: int, offset: bool = True
+) -> Whole:
+    """The fit from `psi`, with what the header does not state of the log where that explains it; without `offset` that
+    of `psi` stays.
 
     **Raises:** `JaxmotorError` where it does not settle.
     """
     unstated = recording.measured == "speed" and recording.speed_window_s is None
     noise = packed.observation.noise
+    held = () if offset else HELD_OFFSET
     try:
-        plain = fit_whole(recording, as_problem(packed), psi, seed)
+        plain = fit_whole(recording, holding(as_problem(packed), held), psi, seed)
     except JaxmotorError:
-        found = averaged(recording, fitted, noise, psi, seed) if unstated else None
+        found = averaged(recording, fitted, noise, psi, seed, held) if unstated else None
         if found is None:
             raise
         return found
     if unstated and not explained(packed, plain):
-        found = averaged(recording, fitted, noise, np.asarray(plain.solution.psi), seed)
+        found = averaged(recording, fitted, noise, np.asarray(plain.solution.psi), seed, held)
         if found is not None:
             return found
-    return _timed(recording, fitted, packed, plain, seed) or (packed, plain, assess(recording, packed, *plain))
+    timed = _timed(recording, fitted, packed, plain, seed) if offset else None
+    return timed or (packed, plain, assess(recording, packed, *plain, held=held))
 
 
-def _timed(
-    recording: Recording, fitted: tuple[int, ...], packed: Packed, untimed: Estimate, seed: int
-) -> tuple[Packed, Estimate, Assessment] | None:
+def _timed(recording: Recording, fitted: tuple[int, ...], packed: Packed, untimed: Estimate, seed: int) -> Whole | None:
     """The fit with the log's timing offset, where its header does not state the timing and an offset explains the log.
 
     That is where no friction and no delay are left to be seen and, of counts, nothing beside their rounding.

@@ -39,6 +39,7 @@ from jaxmotor.prediction._packing import pieces_of as pieces_of
 from jaxmotor.prediction._packing import up_by_four as up_by_four
 from jaxmotor.prediction._problem import Problem as Problem
 from jaxmotor.prediction._problem import as_problem as as_problem
+from jaxmotor.prediction._problem import holding as holding
 from jaxmotor.prediction._row_windows import RowWindow as RowWindow
 from jaxmotor.prediction._row_windows import by_rows as by_rows
 from jaxmotor.prediction._row_windows import row_window as row_window

@@ -1,5 +1,6 @@
 """A packed recording on its way into JAX: what was applied, what was read, and how."""
 
+import dataclasses
 from typing import Literal
 
 import equinox as eqx
@@ -26,7 +27,7 @@ class Problem(eqx.Module):
     row: Float[Array, ""] | None = None
     """Typical duration of a row [s], in which ψ holds the timing offset; None where the log's timing is known."""
     held: Bool[Array, " p"] | None = None
-    """Which of ψ are not fitted where it holds how the log's speeds were averaged; None where that is known."""
+    """Which of ψ are not fitted; None where all are, and ψ does not hold how the log's speeds were averaged."""
 
     @property
     def floor(self) -> float:
@@ -44,6 +45,13 @@ class Problem(eqx.Module):
         batch = self.batch
         before = jnp.pad(batch.valid[:, :-1], ((0, 0), (1, 0)))
         return jnp.asarray(batch.reset) | ~before
+
+
+def holding(problem: Problem, places: tuple[int, ...]) -> Problem:
+    """`problem`, in which those of ψ = (K, b, log a) at `places` are not fitted."""
+    if not places:
+        return problem
+    return dataclasses.replace(problem, held=to_jax(np.isin(np.arange(3), places)))
 
 
 def as_problem(packed: Packed, timed: bool = False, held: np.ndarray | None = None) -> Problem:

@@ -45,14 +45,11 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
 
 
 def check_input(recording: Recording) -> None:
-    """**Raises:** `RecordingError` where the input never changes; starting from rest at some voltage is a change."""
-    levels = {level for segment in recording.segments for level in (segment.volts.min(), segment.volts.max())}
-    from_rest = any(segment.at_rest for segment in recording.segments)
-    level = levels.pop()
-    if not levels and (level == 0 or not from_rest):
+    """**Raises:** `RecordingError` where the input is never anything but zero."""
+    if not any(segment.volts.any() for segment in recording.segments):
         raise RecordingError(
-            f"{recording.source}: the input never changes ({level:g} V throughout), so nothing can be identified; "
-            "record steps, sines or a PRBS"
+            f"{recording.source}: the input is 0 V throughout, so nothing can be identified; record steps, sines or a "
+            "PRBS"
         )
 
 

@@ -140,7 +140,7 @@ def changed(**columns):
     "made, words",
     [
         (lambda: changed(count=lambda s: np.zeros(len(s), np.int64)), "never moved"),
-        (lambda: changed(volts=lambda s: np.zeros(len(s))), "input never changes"),
+        (lambda: changed(volts=lambda s: np.zeros(len(s))), "input is 0 V throughout"),
         (lambda: changed(count=lambda s: s.count + (np.arange(len(s)) == 50) * 5000), "jump|count"),
         (lambda: changed(parameters=lambda s: {**s.parameters, "frequency_Hz": 150.0}), "Nyquist"),
         (lambda: recording(0, runs=[sine(5.017)]), "one frequency"),

@@ -295,3 +295,23 @@ def test_the_callers_precision_is_left_alone():
     fit = identify(recording(6))
     assert not jax.config.jax_enable_x64
     assert fit.motor.gain.dtype == np.float64 and isinstance(fit.motor.gain, np.ndarray)
+
+
+@pytest.mark.parametrize("height, at_rest", [(5.1, True), (-3.0, True), (5.1, False)])
+def test_a_step_of_one_height_gives_the_gain_without_an_offset(height, at_rest):
+    """Gain and offset are one there: of a log that begins as the motor is switched on, or after that."""
+    made = recording(3, runs=[step(height, 400)])
+    [index] = [index for index, segment in enumerate(made.segments) if segment.kind == "step"]
+    segment = made.segments[index]
+    first = int(np.flatnonzero(segment.volts)[0]) + (0 if at_rest else 3)
+    kept = slice(first, int(np.flatnonzero(segment.volts)[-1]) + 1)
+    fields = {name: getattr(segment, name)[kept] for name in ("time_s", "volts", "tick", "count")}
+    begun = dataclasses.replace(segment, at_rest=at_rest, kind="other", parameters={}, **fields)
+    fit = identify(dataclasses.replace(made, segments=(begun,)))
+    assert (np.abs(scores(fit)) < 3).all() and stated(fit)[0] < 0.002 * TRUTH[0]
+    assert fit.offset_V == 0 and not fit.has_offset and "offset" not in repr(fit).split("note:")[0]
+    assert any("constant voltage error" in note and "a second height" in note for note in fit.notes)
+    # Friction in one direction is an offset, too: what it could move is in the intervals.
+    assert fit.allowed.gain[1] > 1.5 * TRUTH[0] and {"friction", "dead zone"} <= {
+        one.name for one in fit.open_hypotheses
+    }
