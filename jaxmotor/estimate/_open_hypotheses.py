@@ -20,6 +20,8 @@ MATTERS = 5.0
 """Standard errors of gain or pole by which the largest amount left open must move them to be worth a word."""
 LEAST_SHARE = 0.01
 """Part of gain or pole by which it must move them for that, too."""
+LARGEST = 20.0
+"""Logarithm of the ratio of an interval's end to its middle at most."""
 MOST_OF_VOLTAGE = 0.6
 """Part of the voltage that friction, a dead zone or drag takes at most of a motor that turns."""
 MOST_TICKS = 2.0
@@ -78,7 +80,7 @@ class Allowed(NamedTuple):
 
     def spanning(self, motor: np.ndarray, half: np.ndarray) -> "Allowed":
         """The intervals, wide enough for gain and pole of `motor` (2,) with `half` (2,) to each side."""
-        ends = zip(self, (motor - half).tolist(), (motor + half).tolist(), strict=True)
+        ends = zip(self, *(side.tolist() for side in _sides(motor, half)), strict=True)
         return Allowed(*((min(own[0], low), max(own[1], high)) for own, low, high in ends))
 
 
@@ -110,7 +112,7 @@ def open_hypotheses(
     `motor` (2,) is gain and pole, `half` (2,) the half widths of their 95 % intervals if nothing else is there, `chi2`
     what the motor leaves per sample.
     """
-    corners, found = [motor - half, motor + half], []
+    corners, found = [*_sides(motor, half)], []
     scores = np.maximum(MATTERS / 1.96 * half, LEAST_SHARE * np.abs(motor))
     colour = 1.0 if packed.observation.noise.known else max(packed.observation.noise.rows_per_reading, 1.0)
     # What the motor leaves beyond the noise is no chance: it biases an amount taken to first order.
@@ -120,12 +122,20 @@ def open_hypotheses(
         if largest <= 0:
             continue
         with_it = _with(motor, shift, largest, name)
-        corners += [with_it - half, with_it + half]
+        corners += _sides(with_it, half)
         if (np.abs(with_it - motor) > scores).any():
             found.append(OpenHypothesis(name, largest, float(with_it[0]), float(with_it[1])))
     lowest, highest = np.min(corners, axis=0), np.max(corners, axis=0)
     ends = [(float(low), float(high)) for low, high in zip(lowest, highest, strict=True)]
     return tuple(found), Allowed(*ends)
+
+
+def _sides(motor: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ends (2,) of the 95 % intervals of gain and pole of half widths `half` (2,), which are symmetric in their
+    logarithms: a pole known to ± 100 % may be three times as large, but not negative."""
+    ratio = np.exp(np.minimum(half / np.abs(motor), LARGEST))
+    ends = motor / ratio, motor * ratio
+    return np.minimum(*ends), np.maximum(*ends)
 
 
 def _with(motor: np.ndarray, shift: np.ndarray, amount: float, name: str) -> np.ndarray:

@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from jaxmotor._numbers import plainly
 from jaxmotor.estimate._timing import Timing
 from jaxmotor.prediction import RowWindow, by_rows
 from jaxmotor.recording import Recording
@@ -63,6 +64,9 @@ class SpeedAverage:
             beside = f" (late by {late} in all, with when rows are read)" if offset else ""
             return f"the speeds are means over {length} before each row{beside}: {LOGS_OWN}"
         over = f"means over {length}, or " if self.standard_error_s < UNSURE * self.length_s / 1.96 else "means, or "
+        if 1.96 * self.lateness_error_s >= self.lateness_s:
+            most = max(self.lateness_s, 0.0) + 1.96 * self.lateness_error_s
+            late = f"no more than {plainly(1e3 * most, 2)} ms"
         return (
             f"the speeds are late by {late} in all: {over}read as much before the voltage changes; here the two look "
             f"the same. It is {LOGS_OWN}"
@@ -135,4 +139,4 @@ def stated(recording: Recording, average: SpeedAverage | None) -> Recording:
 
 
 def _ms(value_s: float, error_s: float) -> str:
-    return f"{1e3 * value_s:.4g} ± {1e3 * 1.96 * error_s:.2g} ms"
+    return f"{1e3 * value_s:.4g} ± {plainly(1e3 * 1.96 * error_s, 2)} ms"

@@ -54,6 +54,10 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
         return self.delay_s
 
 
+FASTEST_PER_S = 1 / 60
+"""Of a supply that drifts by itself [1/s]: what drives a motor for a recording is not empty in a minute."""
+
+
 class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
     """Vs (1 - r t): the supply falls over the recording."""
 
@@ -72,8 +76,9 @@ class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
         return () if rig.supply_logged else (cls.of(rate_per_s=0.07 / max(rig.duration_s, 1.0)),)
 
     def possible(self, rig: Rig) -> bool:
-        """A supply that gains or loses more than half within a recording is none."""
-        return super().possible(rig) and abs(float(self.rate_per_s)) * rig.duration_s < 0.5
+        """A supply that gains or loses more than half within a recording is none, nor one that is empty in a minute."""
+        rate = abs(float(self.rate_per_s))
+        return super().possible(rig) and rate * rig.duration_s < 0.5 and rate < FASTEST_PER_S
 
     def source(self, source: Source, time: Scalar) -> Source:
         return source._replace(supply=source.supply * (1 - self.rate_per_s * time))
