@@ -15,7 +15,7 @@ from jaxmotor.diagnosis._errors import (
     linear_errors,
     with_indistinguishable,
 )
-from jaxmotor.diagnosis._experiment import Experiment, experiment
+from jaxmotor.diagnosis._experiment import Experiment, experiment, joined
 from jaxmotor.diagnosis._explain import Explanation, depends_on_time_only, explained, is_explained
 from jaxmotor.diagnosis._found import Found
 from jaxmotor.diagnosis._free import of_motor
@@ -157,7 +157,7 @@ def _experiments(
     """For each effect that is `told`, what tells it from the alternatives that this recording cannot."""
     pairs = {pair: other for pair, other in indistinguishable.items() if pair[0] in told}
     wanted = [experiment(study.solver, pair, fitted.motor, other, study.recording) for pair, other in pairs.items()]
-    return tuple(sorted(wanted, key=lambda one: -one.chi2_excess))
+    return joined(sorted(wanted, key=lambda one: -one.chi2_excess))
 
 
 def _of_linear(fit: Fit) -> tuple[str, ...]:

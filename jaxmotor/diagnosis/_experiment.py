@@ -5,6 +5,7 @@ perhaps not in it; the one under which their angles part most, beside what the e
 """
 
 import dataclasses
+from collections.abc import Iterable
 
 import equinox as eqx
 import numpy as np
@@ -62,6 +63,18 @@ def experiment(
     plan = "\n".join([f'name = "tell {names[0]} from {names[1]}"', *_rig(recording, period_s), chosen.toml])
     text = f"{chosen.text} tells {names[0]} from {names[1]}"
     return Experiment(text, names, float(excess[best]), plan)
+
+
+def joined(experiments: Iterable[Experiment]) -> tuple[Experiment, ...]:
+    """`experiments`, of which those that are the same become one that says all that it tells."""
+    found: dict[object, Experiment] = {}
+    for one in experiments:
+        # The first line of a plan is its name.
+        same = one.text if one.plan is None else one.plan.partition("\n")[2]
+        known = found.get(same)
+        told = f"{one.separates[0]} from {one.separates[1]}"
+        found[same] = one if known is None else dataclasses.replace(known, text=f"{known.text}, and {told}")
+    return tuple(found.values())
 
 
 def _rig(recording: Recording, period_s: float) -> list[str]:

@@ -136,9 +136,12 @@ def ambiguous(fitted: Fitted, spread: np.ndarray, indistinguishable: dict[tuple[
     """What depends on which of them it is."""
     notes = []
     for (name, other), instead in indistinguishable.items():
-        away = differs(fitted, spread, instead)
-        for place, what, unit in ((0, "gain", "rad/s/V"), (1, "pole", "rad/s")):
-            if away[place]:
-                own, its = np.exp([fitted.free[place], instead.free[place]])
-                notes.append(f"with {other} in place of {name} the {what} is {its:.4g} {unit}, not {own:.4g}")
+        away, own, its = differs(fitted, spread, instead), np.exp(fitted.free[:2]), np.exp(instead.free[:2])
+        moved = [
+            f"the {what} is {its[place]:.4g} {unit}, not {own[place]:.4g}"
+            for place, what, unit in ((0, "gain", "rad/s/V"), (1, "pole", "rad/s"))
+            if away[place]
+        ]
+        if moved:
+            notes.append(f"with {other} in place of {name} {', and '.join(moved)}")
     return notes
