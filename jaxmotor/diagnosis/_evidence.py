@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor.diagnosis._found import LEAST, NEARLY
-from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.prediction import autoregression, k_steps, one_step
 
 BLOCKS = 30
@@ -54,29 +53,29 @@ def blocks_of(rows: int) -> np.ndarray:
     return np.arange(rows) * number // max(rows, 1)
 
 
-def evidence(fitted: Fitted, piece: np.ndarray) -> Evidence:
-    """Of `fitted`, whose rows belong to pieces `piece` (n,)."""
-    block = blocks_of(len(fitted.residual))
-    shifts = _left_out(fitted, block)
-    both = np.column_stack([fitted.residual, np.where(np.isfinite(fitted.jacobian), fitted.jacobian, 0.0)])
-    colour = autoregression(fitted.residual, piece).weights
+def evidence(residual: np.ndarray, jacobian: np.ndarray, spread: np.ndarray, piece: np.ndarray) -> Evidence:
+    """Of a model with this `residual` (n,) and `jacobian` (n, p), priors of this `spread` (p,), infinite where there is
+    none, and rows in pieces `piece` (n,)."""
+    block = blocks_of(len(residual))
+    jacobian = np.where(np.isfinite(jacobian), jacobian, 0.0)
+    shifts = _left_out(residual, jacobian, spread, block)
+    both = np.column_stack([residual, jacobian])
+    colour = autoregression(residual, piece).weights
     new = one_step(both, colour, piece)
     seen = [_mean_squares(columns, shifts, block) for columns in (both, new, k_steps(new, colour, piece, AHEAD))]
     return Evidence(np.stack(seen), len(block))
 
 
-def _left_out(fitted: Fitted, block: np.ndarray) -> np.ndarray:
-    """(block, p) by how much the free numbers of `fitted` move without each block."""
-    jacobian = np.where(np.isfinite(fitted.jacobian), fitted.jacobian, 0.0)
-    finite = np.isfinite(fitted.layout.spread)
-    prior = np.where(finite, 1 / np.where(finite, fitted.layout.spread, 1.0), 0.0) ** 2
+def _left_out(residual: np.ndarray, jacobian: np.ndarray, spread: np.ndarray, block: np.ndarray) -> np.ndarray:
+    """(block, p) by how much the free numbers of the model move without each block."""
+    prior = 1 / np.square(spread)
     normal = np.einsum("np,nq->pq", jacobian, jacobian) + np.diag(prior)
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     least = 1e-9 * np.eye(len(scale))
     shifts = []
     for number in range(int(block[-1]) + 1):
         own = jacobian[block == number]
-        right = np.einsum("np,n->p", own, fitted.residual[block == number])
+        right = np.einsum("np,n->p", own, residual[block == number])
         left = (normal - np.einsum("np,nq->pq", own, own)) / np.outer(scale, scale) + least
         shifts.append(np.linalg.solve(left, right / scale) / scale)
     return np.stack(shifts)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxmotor.diagnosis._free import motor_at, with_each, with_effect, without_effect
+from jaxmotor.diagnosis._free import motor_at, together, with_each, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor import Motor
@@ -41,6 +41,10 @@ class Candidate:
     base: Fitted
     shift: np.ndarray
     """Of the parameters of `base`, that goes with the effect."""
+    columns: np.ndarray
+    """(n, 1 or 2) change of the residual by the effect of its plausible size."""
+    size: np.ndarray
+    """(1 or 2,) how many times these explain most."""
 
     @property
     def motor(self) -> Motor:
@@ -49,6 +53,11 @@ class Candidate:
         shift = np.clip(self.shift, -layout.longest, layout.longest)
         moved = motor_at(self.base.template, np.clip(free + shift, layout.low, layout.high))
         return with_effect(moved, self.effect)
+
+    @property
+    def residual(self) -> np.ndarray:
+        """(n,) what `base` leaves with so much of the effect, to first order."""
+        return without_own(self.base, self.base.residual + np.einsum("nc,c->n", self.columns, self.size))
 
 
 def effect_columns(
@@ -75,6 +84,14 @@ def best_beside(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]
     """The `starts` of one effect beside `base` with all that it has, by their scores, the best first."""
     columns = _effect_columns(solver, base.motor, base.speeds, base.residual, starts)
     return candidates(base, tuple(columns)).get(starts[0].name, [])
+
+
+def best_as_simulated(solver: Solver, base: Fitted, starts: Sequence[Candidate]) -> Candidate:
+    """Of the `starts` of one effect beside `base`, the one whose motor leaves least, less what a change of the own
+    parameters of `base` would take up as well."""
+    speeds = np.repeat(base.speeds[None], len(starts), axis=0)
+    left = without_own(base, solver.residuals(together([start.motor for start in starts]), speeds).T)
+    return starts[int(np.argmin([square_of(one) for one in left.T]))]
 
 
 def late(motor: Motor) -> float:
@@ -128,9 +145,11 @@ def candidates(base: Fitted, found: tuple[EffectColumns, ...]) -> dict[str, list
         if columns_of.name in base.names:
             continue
         columns = columns_of.columns - np.einsum("np,pc->nc", own.basis, own.along(columns_of.columns))
-        gain, size = _sized(columns_of, columns, left)
-        there = base.residual + np.einsum("nc,c->n", columns_of.columns, size)
-        candidate = Candidate(_of_size(columns_of, size), (square - gain) / count, base, own.shift(there))
+        gain, most = _sized(columns_of, columns, left)
+        size = most if len(most) == 2 or _is_signed(columns_of.starts[0]) else np.clip(most, 0.2, 5.0)
+        shift = own.shift(base.residual + np.einsum("nc,c->n", columns_of.columns, size))
+        effect = _of_size(columns_of, size)
+        candidate = Candidate(effect, (square - gain) / count, base, shift, columns_of.columns, most)
         scored.setdefault(columns_of.name, []).append(candidate)
     return {name: sorted(starts, key=lambda start: start.chi2) for name, starts in scored.items()}
 
@@ -144,12 +163,14 @@ def _sized(columns_of: EffectColumns, columns: np.ndarray, left: np.ndarray) -> 
     gain = float(right @ size)
     if len(size) == 2:
         return gain, size
-    # Of what a factor makes larger: a place on the shaft has a sign, too.
-    scales = parameters(columns_of.starts[0]).values()
-    signed = any(about["kind"] == "signed" and about["neutral"] == 0.0 for about in scales)
-    if size[0] <= 0 and not signed:
+    if size[0] <= 0 and not _is_signed(columns_of.starts[0]):
         return 0.0, np.ones(1)
-    return gain, size if signed else np.clip(size, 0.2, 5.0)
+    return gain, size
+
+
+def _is_signed(effect: AbstractEffect) -> bool:
+    """A negative multiple of it is one, too. Of what a factor makes larger: a place on the shaft has a sign, too."""
+    return any(about["kind"] == "signed" and about["neutral"] == 0.0 for about in parameters(effect).values())
 
 
 def _of_size(columns_of: EffectColumns, size: np.ndarray) -> AbstractEffect:

@@ -11,7 +11,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from jaxmotor.diagnosis._evidence import NOTHING
 from jaxmotor.diagnosis._found import COARSE, FINE, LEAST, NAMED, NEARLY, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
@@ -19,7 +18,14 @@ from jaxmotor.diagnosis._places import at_best_place
 from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._rounding import rounding_chi2
-from jaxmotor.diagnosis._score_test import Candidate, EffectColumns, apparent_delay, candidates, effect_columns
+from jaxmotor.diagnosis._score_test import (
+    Candidate,
+    EffectColumns,
+    apparent_delay,
+    best_as_simulated,
+    candidates,
+    effect_columns,
+)
 from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._visited import FAR, Names, Visited
 from jaxmotor.motor import Motor
@@ -41,8 +47,8 @@ FEW, DEPTH = 2, 4
 NEAR = 0.2
 """Change of log gain and log pole up to which scores are good for another motor."""
 GROWS, HOPELESS = 0.3, 0.02
-"""Part of the best model's weight that the best of a size must have for larger ones to be sought, and that each must
-have to be extended."""
+"""Part of the best model's weight that the best of a size must have for larger ones to be sought, or an effect must
+promise beside a motor that leaves but the known noise; and that each must have to be extended."""
 SEEN = 1e-3
 """Part of the best model's weight that one must have had to be fitted anew in a recording that has changed a little."""
 EQUAL = 0.1
@@ -56,8 +62,6 @@ IDLE = 1e-3
 """Part of chi2 by which a fit lowers it whose effect does something."""
 LIKELY = 0.4
 """Part of the best score's gain that a law of two inertias must promise where another effect explains everything."""
-HINT = 0.5
-"""Part of `NOTHING` that a score must promise where the noise is known and not much else is left."""
 CONTESTS = 3
 LEADERS = 2
 """Of the candidates, those that are fitted before the others."""
@@ -103,7 +107,8 @@ class Search:
                 last(self.visited.best())
                 if self.explained.holds(self.visited.best()):
                     break
-            best = [names for names in larger[:BEAM] if weight[names] > HOPELESS * most]
+            least = [names for names in larger if not self._has_simpler(names, weight)]
+            best = [names for names in least[:BEAM] if weight[names] > HOPELESS * most]
             beam = [self.visited.fitted[names] for names in dict.fromkeys([*best, *self._simpler(best[0])])]
         return self.as_found(self.visited.best())
 
@@ -158,6 +163,10 @@ class Search:
         others = [names - {name} | {simple} for name in names - self.own for simple in self.relations.simpler(name)]
         return [other for other in others if other in self.visited.fitted]
 
+    def _has_simpler(self, names: Names, weight: dict[Names, float]) -> bool:
+        """The recording does not ask for a law of `names` in the place of one that it contains."""
+        return any(weight[other] > EQUAL * weight[names] for other in self._simpler(names))
+
     def _causes(self, fitted: Fitted) -> list[str]:
         return [name for name in fitted.names if name not in self.own]
 
@@ -205,8 +214,8 @@ class Search:
             ranked = candidates(base, self._effect_columns(base))
             quiet = self.solver.noise_known and base.chi2 < NEARLY
             if quiet:
-                # Near the noise effects are small multiples of themselves, and scores good.
-                ranked = {name: its for name, its in ranked.items() if base.chi2 - its[0].chi2 > HINT * NOTHING}
+                # Near the noise effects are small multiples of themselves, and what they do there is linear.
+                ranked = {name: its for name, its in ranked.items() if self.visited.promised(its[0]) > GROWS}
             always = self.relations.always if base is self.linear and not quiet else ()
             leaders = self._leaders(base, ranked, most, always)
             simpler = [simple for name in leaders for simple in self.relations.simpler(name)]
@@ -278,15 +287,15 @@ class Search:
         first = starts[0]
         others = [start for start in starts[1:] if shape_of(start) != shape_of(first)][:1]
         found = [fit(start.motor) for start in (first, *others)]
-        for start in starts[1:]:
+        rest = [start for start in starts[1:] if start.chi2 <= self.least(base, LEAST)]
+        if rest and min(one.chi2 for one in found) >= (1 - IDLE) * base.chi2:
             # Beside the effects of `base` one may do nothing where it did alone, as a limit that is never reached.
-            if start.chi2 > self.least(base, LEAST) or min(one.chi2 for one in found) < (1 - IDLE) * base.chi2:
-                break
-            found.append(fit(start.motor))
+            found.append(fit(best_as_simulated(self.solver, base, rest).motor))
         if base is self.linear and min(one.chi2 for one in found) > LITTLE * base.chi2:
             # Without the effect, gain and pole may have gone where it does not show.
             found.append(fit(with_effect(self.first, first.effect)))
-        return self._placed(min(found, key=lambda one: one.chi2))
+        best = min(found, key=lambda one: one.chi2)
+        return best if best.chi2 > far else self._placed(best)
 
     def _completed(self, half: Fitted) -> Fitted:
         """`half`, which has a law that fits no motor alone, with what that wants beside it."""

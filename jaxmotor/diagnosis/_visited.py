@@ -8,6 +8,7 @@ import numpy as np
 from jaxmotor.diagnosis._evidence import Evidence, beyond_noise, beyond_others, evidence, weights
 from jaxmotor.diagnosis._found import COARSE, EXPLAINED, NONE
 from jaxmotor.diagnosis._relations import Relations
+from jaxmotor.diagnosis._score_test import Candidate
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import LEARNED, AbstractLearnedEffect, Rig, penalty
 
@@ -43,7 +44,8 @@ class Visited:
 
     def _add(self, one: Fitted) -> None:
         names = frozenset(one.names)
-        self.fitted[names], self._evidence[names] = one, evidence(one, self.piece)
+        self.fitted[names] = one
+        self._evidence[names] = evidence(one.residual, one.jacobian, one.layout.spread, self.piece)
         learned = [effect for effect in one.motor.effects if isinstance(effect, AbstractLearnedEffect)]
         self._penalties[names] = {effect.name: penalty(effect) for effect in learned}
 
@@ -73,6 +75,15 @@ class Visited:
         having = [names for names in self.fitted if curve in names]
         far = FAR * min(self.fitted[names].chi2 for names in having)
         return min(self._penalties[names][curve] for names in having if self.fitted[names].chi2 <= far)
+
+    def promised(self, start: Candidate) -> float:
+        """Weight of the base of `start` with its effect, to first order, over that of the base alone."""
+        base = start.base
+        spread = np.concatenate([base.layout.spread, np.full(start.columns.shape[1], np.inf)])
+        longer = evidence(start.residual, np.column_stack([base.jacobian, start.columns]), spread, self.piece)
+        shorter = self._evidence[frozenset(base.names)]
+        with_it, without = weights([longer, shorter], [self.relations.price(start.effect.name), 0.0])
+        return float(with_it / without)
 
     def best(self) -> Fitted:
         """The most probable one."""

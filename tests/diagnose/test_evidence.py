@@ -32,7 +32,7 @@ def solution(columns: np.ndarray, data: np.ndarray) -> np.ndarray:
 def test_a_left_out_block_is_predicted_as_a_true_refit_would():
     fitted, columns, data = linear_fit(np.random.default_rng(3))
     block = blocks_of(ROWS)
-    found = evidence(fitted, np.zeros(ROWS, int)).squares[0]
+    found = evidence(fitted.residual, fitted.jacobian, fitted.layout.spread, np.zeros(ROWS, int)).squares[0]
     for number in range(block[-1] + 1):
         own = block == number
         free = solution(columns[~own], data[~own])
@@ -43,7 +43,7 @@ def test_a_left_out_block_is_predicted_as_a_true_refit_would():
 def test_a_block_that_alone_shows_a_parameter_does_not_count_without_limit():
     fitted, columns, _ = linear_fit(np.random.default_rng(4))
     columns[blocks_of(ROWS) != 2, 1] = 0.0
-    found = evidence(fitted, np.zeros(ROWS, int)).squares[0, 2]
+    found = evidence(fitted.residual, fitted.jacobian, fitted.layout.spread, np.zeros(ROWS, int)).squares[0, 2]
     assert found <= WORST * np.mean(fitted.residual[blocks_of(ROWS) == 2] ** 2) * (1 + 1e-9)
 
 
