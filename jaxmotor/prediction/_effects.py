@@ -1,15 +1,19 @@
 """What a log would hold of a motor with effects."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from jaxmotor.motor import Motor, Rows, Run, simulate_motor, warmth
+from jaxmotor.motor import Motor, Rows, Run, scan_rows, simulate_motor, warmth
 from jaxmotor.motor.effects import SpeedWindow
 from jaxmotor.prediction._log import Log
 from jaxmotor.prediction._problem import Problem
+
+CHUNK = 128
+"""Rows whose windows are computed side by side."""
 
 
 def predicted_readings(
@@ -22,11 +26,13 @@ def predicted_readings(
     run, problem = _simulated(motor, speeds, log), log.problem
     if problem.kind == "turn":
         return run.sensed_turn / problem.unit
-    window = _stated(problem, run) if problem.kind == "window" else None
+    chunk = min(CHUNK, len(run.turn))
+    windows = _stated(problem, speeds.ndim - 1, chunk) if problem.kind == "window" else None
     for effect in motor.effects:
         if isinstance(effect, SpeedWindow):
-            window = _sought(problem, speeds, effect.length_s)
-    return (run.sensed_speed if window is None else _mean_speed(run, problem, window)) / problem.unit
+            windows = _sought(problem, speeds, effect.length_s, chunk)
+    read = run.sensed_speed if windows is None else _mean_speed(run, problem, windows, chunk, log.used)
+    return read / problem.unit
 
 
 def residuals(motors: Motor, speeds: Float[Array, "motors k"], log: Log) -> Float[Array, "row motors sequence"]:
@@ -68,7 +74,7 @@ def _by_row(values: Any, each: int = 1) -> Array:
 
 
 class _Window(NamedTuple):
-    """The time over which each row's speed is a mean (row, ..., sequence)."""
+    """The time over which the speeds of some rows are means (row, ..., sequence)."""
 
     first: Int[Array, "row *motors sequence"]
     """The row in which it begins."""
@@ -80,39 +86,82 @@ class _Window(NamedTuple):
     """[s]"""
 
 
-def _stated(problem: Problem, run: Run) -> _Window:
-    """That which the log states."""
-    batch, each = problem.batch, run.sensed_turn.ndim - 2
+Windows = Callable[[Int[Array, ""]], _Window]
+"""Those of `CHUNK` rows from one on."""
+
+
+def _stated(problem: Problem, each: int, chunk: int) -> Windows:
+    """Those that the log states."""
+    batch = problem.batch
     back, part = (_by_row(values, each) for values in (batch.back, batch.part))
-    number = jnp.arange(len(back), dtype=jnp.int32).reshape(-1, *(1,) * (back.ndim - 1))
-    return _Window(number - back.astype(jnp.int32), part, 0.0, problem.window * _by_row(batch.span, each))
+    length = problem.window * _by_row(batch.span, each)
+
+    def at(begin: Int[Array, ""]) -> _Window:
+        number = begin + jnp.arange(chunk, dtype=jnp.int32).reshape(-1, *(1,) * (back.ndim - 1))
+        own, part_ = (_rows(values, begin, chunk) for values in (back, part))
+        return _Window(number - own.astype(jnp.int32), part_, 0.0, _rows(length, begin, chunk))
+
+    return at
 
 
-def _sought(problem: Problem, speeds: Float[Array, "*motors k"], length: Float[Array, "*motors"]) -> _Window:
-    """Windows of any `length` [s], one for each motor."""
+def _sought(
+    problem: Problem, speeds: Float[Array, "*motors k"], length: Float[Array, "*motors"], chunk: int
+) -> Windows:
+    """Those of any `length` [s], one for each motor."""
     batch, each = problem.batch, speeds.ndim - 1
-    shape = (batch.volts.shape[1], *speeds.shape[:-1], len(batch.volts))
+    shape = (len(batch.volts), *speeds.shape[:-1])
     length = jnp.expand_dims(length, (0, -1)) * _by_row(batch.span, each)
-    duration = jnp.broadcast_to(_by_row(batch.duration, each), (shape[0], *(1,) * each, shape[-1]))
+    duration = jnp.broadcast_to(batch.duration, batch.volts.shape).T
     time = jnp.cumsum(duration, axis=0) - duration
-    reset = _by_row(batch.reset, each)
-    began = jax.lax.cummax(jnp.where(reset, time, 0.0), axis=0)
-    begin = jnp.maximum(time - length, began)
-    flat = jnp.broadcast_to(time, shape).reshape(shape[0], -1), begin.reshape(shape[0], -1)
-    first = jax.vmap(lambda time, begin: jnp.searchsorted(time, begin, side="right"), 1, 1)(*flat) - 1
-    first = first.reshape(shape).astype(jnp.int32)
-    part = jnp.maximum(begin - jnp.take_along_axis(time, first, axis=0), 0.0)
-    speed = jnp.moveaxis(speeds[..., jnp.asarray(batch.piece).T], -2, 0)
-    return _Window(first, part, speed * jnp.maximum(length - (time - began), 0.0), length)
+    began = jax.lax.cummax(jnp.where(jnp.asarray(batch.reset).T, time, 0.0), axis=0)
+    piece = jnp.asarray(batch.piece).T
+
+    def row_in(time: Float[Array, " row"], begin: Float[Array, "chunk *motors"]) -> Int[Array, "chunk *motors"]:
+        return jnp.searchsorted(time, begin, side="right").astype(jnp.int32) - 1
+
+    def at(begin: Int[Array, ""]) -> _Window:
+        now, start, long = (_rows(values, begin, chunk) for values in (time, began, length))
+        now, start = (values.reshape(chunk, *(1,) * each, -1) for values in (now, start))
+        first_moment = jnp.maximum(now - long, start)
+        first_moment = jnp.broadcast_to(first_moment, (chunk, *shape[1:], shape[0]))
+        first = jax.vmap(row_in, (1, -1), -1)(time, first_moment)
+        part = jnp.maximum(first_moment - jax.vmap(jnp.take, (1, -1), -1)(time, first), 0.0)
+        speed = jnp.moveaxis(speeds[..., _rows(piece, begin, chunk)], -2, 0)
+        return _Window(first, part, speed * jnp.maximum(long - (now - start), 0.0), long)
+
+    return at
 
 
-def _mean_speed(run: Run, problem: Problem, window: _Window) -> Float[Array, "row *motors sequence"]:
-    """Mean over the window before each row; within the row in which it begins the speed is a parabola."""
+def _rows(values: Array, begin: Int[Array, ""], chunk: int) -> Array:
+    """`chunk` rows of `values` (row, ...) from row `begin` on; `values` where they have no rows, or are one for all."""
+    if values.ndim == 0 or values.shape[0] == 1:
+        return values
+    return jax.lax.dynamic_slice_in_dim(values, begin, chunk, 0)
+
+
+def _mean_speed(
+    run: Run, problem: Problem, windows: Windows, chunk: int, used: Int[Array, ""]
+) -> Float[Array, "row *motors sequence"]:
+    """Mean over the window before each of the `used` rows; within the row in which it begins the speed is a parabola.
+
+    Some rows at a time: a log may fill a small part of the rows for which its program was compiled.
+    """
     each = run.sensed_turn.ndim - 2
-    angle = jnp.cumsum(run.sensed_turn, axis=0) - run.sensed_turn
+    angle = scan_rows(
+        lambda total, turn: (total + turn, total), jnp.zeros_like(run.sensed_turn[0]), run.sensed_turn, used
+    )[1]
     lengths = jnp.broadcast_to(_by_row(problem.batch.duration, each), (len(angle), *(1,) * each, angle.shape[-1]))
     every = (angle, run.sensed_speed, jnp.roll(run.sensed_speed, -1, axis=0), run.sensed_turn, lengths)
-    before, begin, end, turn, length = (jnp.take_along_axis(values, window.first, axis=0) for values in every)
-    share, rise, mean = window.part / length, (end - begin) * length, turn - begin * length
-    inside = window.part * begin + share**2 * (3 * mean - rise + share * (rise - 2 * mean))
-    return (angle - before - inside + window.before) / window.length
+
+    def some(
+        number: Int[Array, ""], means: Float[Array, "row *motors sequence"]
+    ) -> Float[Array, "row *motors sequence"]:
+        at = jnp.minimum(number * chunk, len(angle) - chunk)
+        window = windows(at)
+        before, begin, end, turn, length = (jnp.take_along_axis(values, window.first, axis=0) for values in every)
+        share, rise, mean = window.part / length, (end - begin) * length, turn - begin * length
+        inside = window.part * begin + share**2 * (3 * mean - rise + share * (rise - 2 * mean))
+        mean_speed = (_rows(angle, at, chunk) - before - inside + window.before) / window.length
+        return jax.lax.dynamic_update_slice_in_dim(means, mean_speed, at, 0)
+
+    return jax.lax.fori_loop(0, (used + chunk - 1) // chunk, some, jnp.zeros_like(angle))

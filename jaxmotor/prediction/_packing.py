@@ -105,16 +105,16 @@ class Piece(NamedTuple):
 
 
 class Padding(NamedTuple):
-    """Shapes that are rounded up to few: simulations stop after the rows in use, but means over windows do not."""
+    """Shapes that are rounded up to few: simulations stop after the rows in use, but arrays have all of them."""
 
     sequences: int
-    rows: int
-    """The fewest; more are 2^k or 1.5 2^k."""
+    rows: tuple[int, ...]
+    """The fewest; more than these are 2^k or 1.5 2^k."""
     pieces: int
     """The fewest; more come by factors of two."""
 
 
-PADDED = Padding(16, 2048, 64)
+PADDED = Padding(16, (512, 2048), 64)
 SHORT_BATCHES, SHORT_ROWS, SHORT_PIECES = (1, 4, 16), (512, 1024, 2048), 64
 """Sizes of short recordings for programs that compute all rows: they do so in less time than to compile one takes."""
 
@@ -156,9 +156,9 @@ def _packed(
     if rest_before:
         pieces = [piece._replace(rest=_driven_at_once(recording, piece)) for piece in pieces]
     sequence_of, start_of, length = _place([_size(piece) for piece in pieces], padding.sequences if padding else None)
-    shape = (
-        (padding.sequences, max(padding.rows, bucket(length))) if padding else (max(sequence_of) + 1, bucket(length))
-    )
+    shape = (max(sequence_of) + 1, bucket(length))
+    if padding:
+        shape = padding.sequences, next((rows for rows in padding.rows if rows >= length), shape[1])
     number_of_pieces = max(_power_of_two(len(pieces)), padding.pieces if padding else 1)
     blocks, number_of_blocks = _blocks(pieces)
     clusters = _power_of_two(number_of_blocks)
