@@ -187,8 +187,9 @@ class Solver:
         """From `motor` until a step promises less than `tolerance` of chi2 (of 1, where that is less), or `steps`; less
         than `ROUGH` of it while it is above `far`.
 
-        Given up before where it will hardly come below a chi2 of `bar`, where its steps keep little of what they
-        promise, and where they lead astray.
+        Given up before where it will hardly come below a chi2 of `bar`, or from `far` above that of others near to
+        them: by what its steps promise, or as they went on. Also where its steps keep little of what they promise, and
+        where they lead astray.
         """
         self.request.trying(tuple(effect.name for effect in motor.effects))
         free = free_of(motor)
@@ -196,7 +197,7 @@ class Solver:
         if is_wide(motor.effects):
             tolerance, steps = max(tolerance, WIDE_TOLERANCE), min(steps, WIDE_STEPS)
         at = self._at(motor, free, speeds)
-        converged, crawled, astray = False, 0, 0
+        converged, crawled, astray, gain = False, 0, 0, math.inf
         for number in range(steps):
             # What is left, and with it the weight of priors, changes as a fit goes on.
             layout = layout_of(motor.effects, block_variance(at.projected, at.jacobian, self.block))
@@ -208,7 +209,9 @@ class Solver:
                 converged = step is not None
                 break
             before = self._cost(at, layout)
-            if number >= SURE and before - HOPE * step.hope > bar * len(at.residual):
+            if number >= SURE and before - min(HOPE * step.hope, (steps - number) * gain) > bar * len(at.residual):
+                break
+            if number >= SURE and before - (steps - number) * gain > far * len(at.residual):
                 break
             new = self._moved(motor, at, step, layout)
             if new is None:
