@@ -111,7 +111,12 @@ def diagnose(
         learned=tuple(laws.values()),
         experiments=_experiments(study, found.fitted, indistinguishable, {one.name for one in every if one.is_told}),
         notes=_once(
-            *_notes(_of_linear(fit) if verdict == "unexplained" else check(study.recording), held, found, every),
+            *_notes(
+                _of_linear(fit, recording, study) if verdict == "unexplained" else check(study.recording),
+                held,
+                found,
+                every,
+            ),
             *ambiguous(found.fitted, spread, indistinguishable),
             *(one.sentence for one in (fit.average, timing) if one is not None),
             *(one.note for one in opened),
@@ -160,9 +165,10 @@ def _experiments(
     return joined(sorted(wanted, key=lambda one: -one.chi2_excess))
 
 
-def _of_linear(fit: Fit) -> tuple[str, ...]:
-    """The notes of `fit` but for what it leaves open: that depends on the effects."""
-    told = [one.note for one in fit.open_hypotheses]
+def _of_linear(fit: Fit, recording: Recording, study: Study) -> tuple[str, ...]:
+    """The notes of `fit` but for what it leaves open, which depends on the effects, and for what the header of
+    `recording` does not state and the `study` has found."""
+    told = {one.note for one in fit.open_hypotheses} | (set(check(recording)) - set(check(study.recording)))
     return tuple(note for note in fit.notes if note not in told)
 
 
