@@ -19,7 +19,7 @@ from hidden import OUTSIDE, SINGLE, Hidden, draw, pair_of
 from hidden_board import draw_on_board
 
 from jaxmotor._precision import in_float64
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.diagnosis import Diagnosis, diagnose
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._score import scored
@@ -164,7 +164,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="seed")
     parser.add_argument("--board", action="store_true", help="recorded by the firmware on the emulated board")
     chosen = parser.parse_args()
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     rows = []
     for suite in chosen.suites:
         kinds = {"single": SINGLE, "outside": OUTSIDE}.get(suite, (suite,))

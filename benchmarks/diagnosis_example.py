@@ -12,7 +12,7 @@ from pathlib import Path
 
 from hidden import draw
 
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.cli._story import diagnosis_text
 from jaxmotor.diagnosis import diagnose
 from jaxmotor.present import diagnosis_figures, save
@@ -23,7 +23,7 @@ FOLDER = Path(__file__).parent.parent / "docs" / "img"
 
 def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     hidden = draw(*HIDDEN)
     diagnosis = diagnose(dataclasses.replace(hidden.recording, source="motor.csv"))
     print(diagnosis_text(diagnosis))

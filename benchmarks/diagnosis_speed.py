@@ -17,7 +17,7 @@ import numpy as np
 from fleet_simulation import DEAD_V, FRICTION_V, GAIN, PERIOD_S, POLE, compiled
 from hidden import draw
 
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.diagnosis import diagnose
 
 KINDS = ("", "coulomb_friction", "transport_delay", "supply_sag", "cogging", "coulomb_friction+transport_delay")
@@ -47,7 +47,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
     rounds = parser.parse_args().rounds
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     print("| hidden | ticks | diagnosis, s | one simulation in C, ms | ratio |")
     print("|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:

@@ -33,8 +33,8 @@ import json, os, resource, sys, time
 flags = os.environ.get("FLEET_CORES")
 if flags: os.sched_setaffinity(0, range(int(flags)))
 os.environ["JAXMOTOR_CACHE"] = sys.argv[4]
-from jaxmotor.cli._runtime import prepare_jax
-prepare_jax()
+from jaxmotor._runtime import keep_programs
+keep_programs(threads=False)
 from jaxmotor.fleet import identify_fleet
 def clocks():
     return time.perf_counter(), time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 from fleet_sines import interleaved
 
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.fleet import simulate_friction
 from jaxmotor.motor import FirstOrder, Motor, Rows, simulate_motor
 from jaxmotor.motor.effects import CoulombFriction, DeadZone
@@ -65,7 +65,7 @@ def main() -> None:
     given = parser.parse_args()
     if shutil.which("cc") is None:
         raise SystemExit("no C compiler (cc) to compare with")
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     rng = np.random.default_rng(0)
     volts = 5 * np.sin(np.cumsum(rng.uniform(0.02, 0.1, (given.batch, given.ticks)), axis=1))
     with tempfile.TemporaryDirectory() as name, jax.enable_x64(True):

@@ -18,7 +18,7 @@ from made import COUNTS, PERIOD, held, motion
 from scipy.optimize import least_squares, minimize
 from scipy.signal import lfilter
 
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.fleet import fit_projected, fit_shared, project, shared_plan
 
 FREQUENCIES_HZ = np.geomspace(0.5, 10, 16) * 1.0037
@@ -131,7 +131,7 @@ def main() -> None:
     parser.add_argument("--motors", type=int, default=2000)
     parser.add_argument("--peers", type=int, default=6, help="motors that the peers fit")
     given = parser.parse_args()
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     gains, poles, counts = fleet(given.motors)
     with jax.enable_x64(True):
         plan = shared_plan(FREQUENCIES_HZ, VOLTS, PERIOD, COUNTS)

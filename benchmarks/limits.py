@@ -12,7 +12,7 @@ import sys
 from blind import is_right
 from hidden import SINGLE, Sizes, draw
 
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.diagnosis import diagnose
 
 SCALES = (0.3, 0.1, 0.03, 0.01)
@@ -34,7 +34,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=1)
     parser.add_argument("--first", type=int, default=40)
     chosen = parser.parse_args()
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     print("| effect | named at, of its usual size | that is |")
     print("|---|---|---|")
     for kind in chosen.effects:

@@ -18,7 +18,7 @@ from hidden import SINGLE, draw
 from scipy.signal import lfilter
 
 from jaxmotor import JaxmotorError, Recording, diagnose
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.recording import Segment
 
 NOISE = (0.002, 0.02)
@@ -74,7 +74,7 @@ def main() -> None:
     parser.add_argument("--counts", action="store_true")
     parser.add_argument("kinds", nargs="*", default=["none", *SINGLE])
     asked = parser.parse_args()
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     every: list[tuple[float, bool]] = []
     family: list[tuple[float, bool]] = []
     right = total = 0

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from jaxmotor import Fit, JaxmotorError, Recording, identify
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.diagnosis import diagnose
 from jaxmotor.estimate import Allowed
 from jaxmotor.recording import Segment
@@ -206,7 +206,7 @@ def table(by: Callable[[Case], Result], measured: str, motors: int, seed: int) -
 def main() -> None:
     given = [int(text) for text in sys.argv[1:]]
     motors, few, seed = [*given, *(7, 1, 0)[len(given) :]]
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     for by, number in ((identified, motors), (diagnosed, few)):
         for measured in ("count", "speed"):
             table(by, measured, number, seed)

@@ -21,7 +21,7 @@ from _second_laws import OUTSIDE, VOCABULARY, several
 from second_world import LEVEL, Asked, Question, draw_questions
 
 from jaxmotor import JaxmotorError, diagnose
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.diagnosis import Diagnosis
 from jaxmotor.motor.effects import EFFECTS, LEARNED
 from jaxmotor.recording import write
@@ -69,7 +69,7 @@ def main() -> None:
     parser.add_argument("--dirty", action="store_true", help="speeds with noise at uneven times, a wandering torque")
     parser.add_argument("--write", type=Path, metavar="DIR", help="keep the recordings there")
     chosen = parser.parse_args()
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     asked = {part: _asked(part, chosen) for part in chosen.parts}
     begin = time.perf_counter()
     questions = _drawn([one for its in asked.values() for one in its])

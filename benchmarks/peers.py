@@ -29,7 +29,7 @@ from hidden import Hidden, draw
 from scipy.io import savemat
 from scipy.optimize import minimize
 
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.diagnosis import diagnose
 from jaxmotor.estimate import identify
 from jaxmotor.recording import Recording
@@ -281,7 +281,7 @@ def main() -> None:
     parser.add_argument("--peers-python", default=sys.executable, help="Python of an environment with the peers")
     parser.add_argument("--only", nargs="*", help="parts of names")
     given = parser.parse_args()
-    prepare_jax()
+    keep_programs(threads=False)
     hidden = [draw(("coulomb_friction",), given.first + k) for k in range(given.motors)]
     records = [record_of(one.recording) for one in hidden]
     offs: dict[str, np.ndarray] = {}

@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor import JaxmotorError, Motor, Recording, diagnose, identify, import_log, import_steady, join
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.estimate import Noise
 from jaxmotor.motor import Rows, simulate_motor
 from jaxmotor.motor.effects import told_parameters
@@ -164,7 +164,7 @@ def main() -> None:
         print(f"no measured logs in {FOLDER}; name their folder with JAXMOTOR_DATA")
         return
     if chosen is not None:
-        prepare_jax(threads=True)
+        keep_programs(threads=True)
         print("| log | named | linear, fit % | with it, fit % | s |")
         print("|---|---|---|---|---|")
         for name in chosen or DIAGNOSED:

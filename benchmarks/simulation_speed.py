@@ -28,7 +28,7 @@ from made import recording, sine, step
 from scipy.linalg import expm
 
 from jaxmotor._programs import _quickly
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.diagnosis._free import free_of, linear_of, together
 from jaxmotor.diagnosis._residuals import residuals_program
 from jaxmotor.diagnosis._shared_program import as_shared
@@ -256,7 +256,7 @@ def main() -> None:
     rounds = parser.parse_args().rounds
     if shutil.which("cc") is None:
         raise SystemExit("no C compiler (cc) to compare with")
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     plan = [sine(f) for f in np.geomspace(0.5, 10, 16) * 1.0037] + [step(h, 320) for h in np.linspace(2, 5.1, 10)]
     made = recording(0, friction=0.3, runs=plan)
     print("| motor with | C, ms | alone, ms | shared, ms | x C | shared x C | simulations per column ", end="")

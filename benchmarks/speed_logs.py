@@ -22,7 +22,7 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 
 from jaxmotor import JaxmotorError, Recording, diagnose, identify
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.estimate import SpeedAverage
 from jaxmotor.recording import Segment
 
@@ -185,7 +185,7 @@ def row(name: str, motors: int, found: list[Result | str]) -> str:
 def main() -> None:
     given = [int(text) for text in sys.argv[1:] if text.isdigit()]
     motors, seed = [*given, *(100, 0)[len(given) :]]
-    prepare_jax(threads="--diagnose" in sys.argv)
+    keep_programs(threads="--diagnose" in sys.argv)
     columns = "speed | logs | noise found / true: 5, 50, 95 % | chi2: 5, 50, 95 % | gain held, % | pole held, %"
     print(f"| {columns} | length within 5 %, % | diagnosis |\n|---|---|---|---|---|---|---|---|")
     if "--diagnose" in sys.argv:

@@ -18,7 +18,7 @@ from _hidden_plans import Experiment, Loop, Rig, draw_plan, draw_rig
 from hidden import plant_file, sizes
 
 from jaxmotor import Recording, identify
-from jaxmotor.cli._runtime import prepare_jax
+from jaxmotor._runtime import keep_programs
 from jaxmotor.recording import Segment, supplied
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "firmware"))
@@ -151,7 +151,7 @@ def errors(drawn: Drawn, of: Recording) -> np.ndarray:
 
 def main() -> None:
     motors = int(sys.argv[1]) if len(sys.argv) > 1 else MOTORS
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     found: dict[tuple[str, str], list[np.ndarray]] = {}
     for seed in range(motors):
         drawn = draw(seed)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from jaxmotor._errors import JaxmotorError as JaxmotorError
+    from jaxmotor._runtime import keep_programs as keep_programs
     from jaxmotor.diagnosis import Diagnosis as Diagnosis
     from jaxmotor.diagnosis import Progress as Progress
     from jaxmotor.diagnosis import diagnose as diagnose
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
 # Reading a recording should not wait for JAX: names are fetched from their folder when they are asked for.
 _HOME = {
     "JaxmotorError": "_errors",
+    "keep_programs": "_runtime",
     **dict.fromkeys(
         (
             *("Recording", "Segment", "check", "from_arrays", "from_dataframe"),

@@ -7,9 +7,9 @@ import jax
 import pytest
 from hypothesis import settings
 
+from jaxmotor._runtime import WHOLE_LOOPS
 from jaxmotor.bench._emulator import PACKAGES, find_or_build, missing_tools
 from jaxmotor.cli import _progress
-from jaxmotor.cli._runtime import WHOLE_LOOPS
 
 # What tests compile runs once or twice, for milliseconds: LLVM's passes and XLA's newer way to compile fusions take
 # longer than they gain. The package's large programs state how they are compiled, whatever stands here. XLA ends a

@@ -1,6 +1,7 @@
 """`import jaxmotor as jm`: every public name is what it says, whatever has been imported before."""
 
 import importlib
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,8 @@ import pytest
 
 import jaxmotor
 from jaxmotor.bench._journal import Journal
+
+BUNDLED = Path(jaxmotor.__file__).parent / "recording" / "bundled"
 
 
 def test_no_folder_hides_a_function():
@@ -61,3 +64,19 @@ def test_all_but_recording_works_where_files_cannot_be_locked(tmp_path, monkeypa
     monkeypatch.setitem(sys.modules, "fcntl", None)
     with pytest.raises(jaxmotor.JaxmotorError, match="needs the file locks of Linux or macOS"):
         Journal(tmp_path / "m.csv.part")
+
+
+def test_kept_programs_serve_the_next_session(tmp_path):
+    code = (
+        "import os, jaxmotor as jm; assert 'XLA_FLAGS' not in os.environ; jm.keep_programs();"
+        "from jaxmotor._programs import _loaded; import jaxmotor._programs as programs; found = [];"
+        "programs._loaded = lambda *given: (found.append(_loaded(*given)), found[-1])[1];"
+        f"jm.identify({str(BUNDLED / 'linear.csv')!r}); print(len(found), sum(one is not None for one in found))"
+    )
+    own = {name: value for name, value in os.environ.items() if name != "XLA_FLAGS"} | {"JAXMOTOR_CACHE": str(tmp_path)}
+    sessions = [
+        subprocess.run([sys.executable, "-c", code], env=own, capture_output=True, text=True, check=True).stdout.split()
+        for _ in range(2)
+    ]
+    (asked, loaded), (again, kept) = (map(int, session) for session in sessions)
+    assert loaded == 0 and asked == again == kept > 0 and len(list(tmp_path.glob("*.program"))) == asked

@@ -17,11 +17,11 @@ def demo_command(
 
 
 def _demo(output: Path) -> None:
-    from jaxmotor.cli._runtime import prepare_jax
+    from jaxmotor._runtime import keep_programs
     from jaxmotor.recording import bundled
 
     recording = bundled("paper")
-    prepare_jax(threads=True)
+    keep_programs(threads=True)
     from jaxmotor.cli._story import diagnosis_text
     from jaxmotor.cli._text import fit_text
     from jaxmotor.cli._validate import validation_text

@@ -64,9 +64,9 @@ def export_command(
     """Write a model for python-control, C, Arduino, WPILib, MuJoCo or SPICE, with controllers designed from it."""
     single = {"inertia": inertia, "resistance": resistance, "wheel_radius": wheel_radius}
     check_used(to, bandwidth=bandwidth, position_bandwidth=position_bandwidth, **single)
-    from jaxmotor.cli._runtime import prepare_jax
+    from jaxmotor._runtime import keep_programs
 
-    prepare_jax()
+    keep_programs(threads=False)
     from jaxmotor.estimate import read_model
     from jaxmotor.present import exports
 

@@ -47,9 +47,9 @@ def fleet_command(
     """Identify every motor of a data set. A run that was stopped goes on where it was."""
     if figure is not None and figure.suffix not in (".png", ".svg"):
         raise typer.BadParameter("--figure is a .png or .svg file")
-    from jaxmotor.cli._runtime import prepare_jax
+    from jaxmotor._runtime import keep_programs
 
-    prepare_jax()
+    keep_programs(threads=False)
     from jaxmotor.fleet import Options, identify_fleet
 
     options = Options(friction, seed, diagnose)

@@ -17,7 +17,7 @@ from typing import Any
 import jaxmotor
 from jaxmotor._cache import store, stored
 from jaxmotor._plain_tree import from_plain, to_plain
-from jaxmotor.cli._runtime import cache_folder
+from jaxmotor._runtime import cache_folder
 from jaxmotor.diagnosis import Diagnosis
 from jaxmotor.motor.effects import BUILT_IN, vocabulary
 from jaxmotor.recording import Recording

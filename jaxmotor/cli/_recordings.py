@@ -38,14 +38,14 @@ def for_each(recordings: list[Path], action: Callable[[Path], None]) -> None:
 def opened(
     path: Path, threads: bool = False, lasts: str = "seconds; the first time half a minute"
 ) -> "Iterator[tuple[Recording, Callable[[str], None]]]":
-    """The recording at `path`, and the function that says what is done next; `threads` as for `prepare_jax`."""
+    """The recording at `path`, and the function that says what is done next; `threads` as for `keep_programs`."""
     with progress(f"reading {printable(path.name)}", lasts) as tell:
-        from jaxmotor.cli._runtime import prepare_jax
+        from jaxmotor._runtime import keep_programs
         from jaxmotor.recording import read
 
         recording = read(path)
         tell("loading JAX")
-        prepare_jax(threads=threads)
+        keep_programs(threads=threads)
         yield recording, tell
 
 

@@ -32,9 +32,9 @@ def simulate_command(
     from jaxmotor.bench import load_plan
 
     loaded = load_plan(plan)
-    from jaxmotor.cli._runtime import prepare_jax
+    from jaxmotor._runtime import keep_programs
 
-    prepare_jax()
+    keep_programs(threads=False)
     from jaxmotor.control import hardware_of, simulate_plan
     from jaxmotor.estimate import read_model
     from jaxmotor.recording import write

@@ -1,4 +1,4 @@
-"""JAX made ready for a command, before it computes anything."""
+"""JAX made ready for this package, before it computes anything."""
 
 import contextlib
 import functools
@@ -18,8 +18,13 @@ Versions that do not know the option pass over it."""
 _CACHE_WARNING = re.compile(r"Error (?:reading|writing) persistent compilation cache entry for '([^']*)'")
 
 
-def prepare_jax(threads: bool = False) -> None:
-    """Programs are kept between runs and loops compiled whole; with `threads`, programs run in those that call them."""
+def keep_programs(threads: bool = True) -> None:
+    """Make what follows as fast as on the command line: for scripts and notebooks, to be called first of all.
+
+    Compiled programs are kept in the user's cache folder (`$JAXMOTOR_CACHE` names another, an empty value none), loops
+    are compiled whole, and with `threads` fits run side by side. These are settings of the whole process: `XLA_FLAGS`,
+    unless something like it is set, and three of JAX's. Once JAX has computed something, it has read the first.
+    """
     flags = os.environ.get("XLA_FLAGS", "")
     if "xla_backend_extra_options" not in flags:
         os.environ["XLA_FLAGS"] = f"{flags} {WHOLE_LOOPS}".strip()
