@@ -164,8 +164,9 @@ class Search:
         return [other for other in others if other in self.visited.fitted]
 
     def _has_simpler(self, names: Names, weight: dict[Names, float]) -> bool:
-        """The recording does not ask for a law of `names` in the place of one that it contains."""
-        return any(weight[other] > EQUAL * weight[names] for other in self._simpler(names))
+        """The recording does not ask for a law of `names` in the place of one that it contains. Where the noise is not
+        known more may be left than that, and the motor with more freedom is extended, too."""
+        return self.solver.noise_known and any(weight[one] > EQUAL * weight[names] for one in self._simpler(names))
 
     def _causes(self, fitted: Fitted) -> list[str]:
         return [name for name in fitted.names if name not in self.own]
