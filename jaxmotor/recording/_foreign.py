@@ -11,6 +11,7 @@ import numpy as np
 from jaxmotor._arguments import check_choice, check_text, check_whole, is_number, path_of
 from jaxmotor._sentences import shown
 from jaxmotor.recording._check import lost_ticks
+from jaxmotor.recording._header import RANGES
 from jaxmotor.recording._log import Log, assemble
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError
@@ -56,7 +57,7 @@ def import_log(
 ) -> Recording:
     """The recording in the CSV at `path`, whose columns and units are stated.
 
-    `time` is `COL[:s|ms|us|ns]`, `t_s:s` unless stated; a log without time stamps has rows that are `period_s` apart.
+    `time` is `COL[:s|ms|us|ns]`, `t_s:s` unless stated; rows of a log without time stamps are `period_s` [s] apart.
     `input` is `COL:V`, `COL:mV`, `COL:duty:FULL` or `COL:percent`, of which the last two
     need a supply; exactly one of `speed` (`COL:UNIT`), `angle` (`COL:UNIT`), `count` (`COL`, a running counter) and
     `pulses` (`COL`, the counts since the row before) is given. `wrap` is the width [bit] of a counter that wraps, or
@@ -87,7 +88,7 @@ def import_log(
     shaft.check()
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
-    period_s = positive(period_s, "--period")
+    period_s = _period(period_s)
     if supply_unknown and (supply_V is not None or supply is not None):
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
     table = path if isinstance(path, Table) else _opened(path, columns, drop_first, decimal_comma)
@@ -124,6 +125,13 @@ def import_log(
     lost = pulses is not None and (missing or any(map(lost_ticks, recording.segments)))
     recording = dataclasses.replace(recording, count_resets=True) if lost else recording
     return supplied(recording, scaled=supply_V is not None)
+
+
+def _period(value: float | int | None) -> float | None:
+    period_s, (least, most) = positive(value, "--period"), RANGES["period_s"]
+    if period_s is not None and not least <= period_s <= most:
+        raise RecordingError(f"--period is {period_s:g}; rows are {least:g} to {most:g} s apart")
+    return period_s
 
 
 def check_stated(drive: Any, drop_first: Any, **texts: Any) -> None:

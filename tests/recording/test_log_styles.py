@@ -69,6 +69,8 @@ def test_no_time_column(imported, refused):
     whole = imported(text.replace("\n-80,81", "\nnan,81"), **stated, period_s=0.01)
     check(whole, ticks=[0, 1, 2, 3, 4, 6, 7], numbers=[0, 1, 2, 3, 4, 6, 7])
     assert "period_s is 0; it is a positive number" in refused(text, **stated, period_s=0)
+    for period_s in (1e300, 1e-300):
+        assert "rows are 1e-08 to 10000 s apart" in refused(text, **stated, period_s=period_s)
     assert "state one of them" in refused(text, **stated, time="duty", period_s=0.01)
     assert "period_s where rows are evenly spaced" in refused(text, **stated)
 

@@ -120,7 +120,7 @@ class AbstractEffect(eqx.Module):
 
     def told(self) -> tuple[str, dict[str, float]]:
         """The sentence that says what it does, its parameters in braces, and their values as the sentence has them."""
-        values = {name: float(getattr(self, name)) for name in told_parameters(self)}
+        values = {name: float(getattr(self, name)) for name in parameters(self)}
         signed = [name for name in values if parameters(self)[name]["kind"] == "signed"]
         if not self.says_negative or all(values[name] >= 0 for name in signed):
             return self.says, values
