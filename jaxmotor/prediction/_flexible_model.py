@@ -11,6 +11,7 @@ are left out of the fit, each in turn, and predicted,
 blocks left out σ²(1 + p), and their mean is σ². The set of columns with the least of these means is kept.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -107,12 +108,37 @@ def first_order(
     decay_or_end, inject[ends] = np.where(ends[:, None], 0.0, decay), 0.0
     begins = np.append((start * rows.free * rows.reset)[1:], 0.0)
     inject[ends] += begins[ends, None]
-    speed = np.empty_like(inject)
-    now = np.full(len(poles), start[0] * rows.free[0])
-    for row in range(len(speed)):
-        speed[row] = now
-        now = decay_or_end[row] * now + inject[row]
+    speed = _states(decay_or_end, inject, np.full(len(poles), start[0] * rows.free[0]))
     return speed, drives * rows.duration[:, None] + (speed - drives) * (1 - decay) / poles
+
+
+def _states(decay: np.ndarray, inject: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """(n, c) x of x[k+1] = decay[k] x[k] + inject[k] (n, c), from the `first` (c,).
+
+    About √n blocks of rows side by side, each from zero; then what each block ends with goes into the next one.
+    """
+    size = max(math.isqrt(len(decay)), 1)
+    # Blocks come last but one: (row in block, block, c).
+    split = [_blocks(one, size, fill) for one, fill in ((decay, 1.0), (inject, 0.0))]
+    states, kept = np.empty_like(split[1]), np.ones_like(split[0])
+    now = np.zeros(states.shape[1:])
+    for row, (by, more) in enumerate(zip(*split, strict=True)):
+        states[row] = now
+        now = by * now + more
+    np.cumprod(split[0][:-1], axis=0, out=kept[1:])
+    passed, begins = kept[-1] * split[0][-1], np.empty_like(now)
+    for block in range(len(begins)):
+        begins[block] = first
+        first = now[block] + passed[block] * first
+    states += kept * begins
+    return states.swapaxes(0, 1).reshape(-1, states.shape[-1])[: len(decay)]
+
+
+def _blocks(values: np.ndarray, size: int, fill: float) -> np.ndarray:
+    """`values` (n, c) as (size, blocks, c), filled up."""
+    short = -len(values) % size
+    filled = np.concatenate([values, np.full((short, values.shape[1]), fill)]) if short else values
+    return np.ascontiguousarray(filled.reshape(-1, size, values.shape[1]).swapaxes(0, 1))
 
 
 def responses(rows: LogRows, drives: np.ndarray, poles: np.ndarray, start: float = 0.0) -> np.ndarray:
