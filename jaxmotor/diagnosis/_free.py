@@ -110,6 +110,24 @@ def motors_at(template: Motor, frees: Float[np.ndarray, "k p"]) -> Motor:
     return jax.tree.unflatten(jax.tree.structure(template), [*leaves, frees[:, 3]])
 
 
+def moved(template: Motor, free: Float[np.ndarray, " p"], steps: Float[np.ndarray, "k p"]) -> Float[np.ndarray, "k p"]:
+    """`free` after each of `steps`, to first order their sum.
+
+    A recording shows the pole of rotor and load together, a / (1 + ratio): where the ratio moves, that moves as far as
+    the step has it, whatever the size of the step.
+    """
+    found = free + steps
+    for place, effect in enumerate(template.effects):
+        if isinstance(effect, AbstractLoadEffect):
+            loads = motors_at(template, np.vstack([free, found])).effects[place]
+            assert isinstance(loads, AbstractLoadEffect)
+            ratio = np.asarray(loads.load().ratio)
+            with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+                bend = np.log1p(ratio[1:]) - np.log1p(ratio[0]) - np.log(ratio[1:] / ratio[0]) / (1 + 1 / ratio[0])
+            found[:, 1] += np.where(np.isfinite(bend), bend, 0.0)
+    return found
+
+
 def together(motors: Sequence[Motor]) -> Motor:
     """Motors of one structure as one whose leaves are (k,), in numpy."""
     return jax.tree.map(lambda *leaves: np.stack([np.asarray(leaf) for leaf in leaves]), *motors)

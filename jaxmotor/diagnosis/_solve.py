@@ -17,7 +17,16 @@ from jaxtyping import Float
 
 from jaxmotor._balanced import balanced, solve_balanced
 from jaxmotor._precision import to_jax
-from jaxmotor.diagnosis._free import Layout, free_of, is_wide, layout_of, motor_at, motors_at, together
+from jaxmotor.diagnosis._free import (
+    Layout,
+    free_of,
+    is_wide,
+    layout_of,
+    motor_at,
+    motors_at,
+    moved,
+    together,
+)
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residuals import residuals_program
@@ -268,12 +277,12 @@ class Solver:
     def _moved(self, motor: Motor, at: "_At", step: "_Step", layout: Layout) -> "_At | None":
         """`at` after the step, or after the best of the shorter ones; None where none of them helps."""
         before = self._cost(at, layout)
-        trials = [(at.free + one, at.speeds + speeds) for one, speeds in step.shorter()]
+        ones, speeds = zip(*step.shorter(), strict=True)
+        frees, starts = moved(motor, at.free, np.stack(ones)), np.stack([at.speeds + one for one in speeds])
         if not at.shortened:
-            whole = self._at(motor, *trials[0])
+            whole = self._at(motor, frees[0], starts[0])
             if self._cost(whole, layout) < before:
                 return whole
-        frees, starts = (np.stack(column) for column in zip(*trials, strict=True))
         found = self.residuals(motors_at(motor, frees), starts)
         costs = np.array(
             [square_of(residual) + _prior(free, layout) for residual, free in zip(found, frees, strict=True)]
@@ -281,7 +290,7 @@ class Solver:
         best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
         if not costs[best] < before:
             return None
-        return self._at(motor, *trials[best], shortened=best > 0)
+        return self._at(motor, frees[best], starts[best], shortened=best > 0)
 
     def _cost(self, at: "_At", layout: Layout) -> float:
         return square_of(at.residual) + _prior(at.free, layout)

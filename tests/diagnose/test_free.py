@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from jaxmotor.diagnosis._free import free_of, linear_of, motor_at, motors_at, together
+from jaxmotor.diagnosis._free import free_of, linear_of, motor_at, motors_at, moved, together
 from jaxmotor.motor.effects import EFFECTS
 
 pytestmark = pytest.mark.usefixtures("x64")
@@ -34,3 +34,29 @@ def test_a_wild_motor_is_infinite_and_no_warning():
     frees[1, 0] = 800.0
     gains = motors_at(TEMPLATE, frees).linear.gain
     assert gains[0] == pytest.approx(-11.0) and gains[1] == -np.inf
+
+
+def test_steps_move_the_pole_of_rotor_and_load_together_as_far_whatever_their_size():
+    load = EFFECTS["shaft_compliance"].start()
+    template = linear_of(11.0, 40.0, 6e-5, 0.04, (load,))
+    free = free_of(template)
+    step = np.zeros(len(free))
+    step[1], step[4:] = 0.03, np.linspace(0.2, 0.7, len(free) - 4)
+
+    def total(free: np.ndarray) -> float:
+        motor = motor_at(template, free)
+        return float(motor.linear.pole) / (1 + float(motor.effects[0].load().ratio))
+
+    tiny = 1e-6
+    slope = np.log(total(free + tiny * step) / total(free)) / tiny
+    shares = np.array([1e-3, 0.5, 1.0])
+    for share, there in zip(shares, moved(template, free, shares[:, None] * step), strict=True):
+        assert np.log(total(there) / total(free)) == pytest.approx(share * slope, rel=1e-5)
+        # All else goes where the step says.
+        np.testing.assert_allclose(np.delete(there, 1), np.delete(free + share * step, 1), rtol=1e-15)
+
+
+def test_steps_without_a_load_are_plain_sums():
+    free = free_of(TEMPLATE)
+    steps = np.stack([np.full(len(free), 0.1), np.full(len(free), -0.7)])
+    np.testing.assert_array_equal(moved(TEMPLATE, free, steps), free + steps)
