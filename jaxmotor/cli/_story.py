@@ -107,10 +107,13 @@ def _costs(diagnosis: Diagnosis) -> list[str]:
         if diagnosis.named:
             told = f"{told} -> {_told(getattr(scores.after_intervals, name), unit)}"
         lines.append(f"{title} {told}")
+    if not math.isfinite(scores.before.fit_percent):
+        lines[0] = "fit not defined, since the speed does not change"
     lines = [f"{lines[0]}, {lines[1]}", lines[2] + (" (brackets: 95 %)" if "[" in lines[2] else "")]
     if not diagnosis.fit.floor_known:  # a log of angles or speeds, not of counts: compare with what others publish
         before, after = scores.angle_fit_percent_before, scores.angle_fit_percent_after
-        lines.append(f"of the angle turned: fit {before:.3g} %" + (f" -> {after:.3g} %" if diagnosis.named else ""))
+        if math.isfinite(before):
+            lines.append(f"of the angle turned: fit {before:.3g} %" + (f" -> {after:.3g} %" if diagnosis.named else ""))
     return [*lines, scored(diagnosis), *_loops(diagnosis)]
 
 

@@ -188,3 +188,11 @@ def test_a_motor_that_turns_against_the_voltage_has_friction_too():
     assert other.name == effect.name == "coulomb_friction"
     assert other.parameters["volts_V"] == pytest.approx(effect.parameters["volts_V"], rel=1e-3)
     assert float(mirrored.motor.linear.gain) == pytest.approx(-float(found.motor.linear.gain), rel=1e-4)
+
+
+def test_a_segment_that_ends_at_rest_is_cut_by_its_motion():
+    """Of rows at rest any motor predicts all."""
+    volts = np.concatenate([held(np.repeat(np.random.default_rng(0).choice([-5.1, 2.0, 5.1], 50), 9)), np.zeros(900)])
+    made = recording(1, runs=[("prbs", {}, volts)])
+    [part] = split(made)
+    assert part.rows.start == pytest.approx(300, abs=10) and part.rows.stop == len(volts)
