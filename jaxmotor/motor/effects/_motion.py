@@ -30,6 +30,10 @@ from jaxmotor.motor.effects._sine import sine
 SLOWEST_Hz, FASTEST_Hz, SPACING = 0.5, 64.0, 1.35
 """At which loads on springs are looked for, and how many times faster each is than the one before."""
 
+MOST_STATIC = 5.0
+"""Static friction over the moving one: dry and lubricated contacts have 1 to 2, rarely 3 [Armstrong-Helouvry, Dupont,
+Canudas de Wit 1994]."""
+
 
 class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
     """sgn(w) v: dry friction of constant size, which holds any torque up to v at rest."""
@@ -84,8 +88,9 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
         return tuple(cls.of(volts_V=volts, static_volts_V=static, stribeck_speed_rad_s=width) for width in widths)
 
     def possible(self, rig: Rig) -> bool:
-        """Static friction below moving friction would be another law."""
-        return super().possible(rig) and float(self.static_volts_V) >= float(self.volts_V)
+        """Static friction below moving friction would be another law, and so would many times that."""
+        moving, static = float(self.volts_V), float(self.static_volts_V)
+        return super().possible(rig) and moving <= static <= MOST_STATIC * moving
 
     def friction(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
         del angle, time
