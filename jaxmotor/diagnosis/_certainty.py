@@ -28,3 +28,9 @@ class Logistic(NamedTuple):
 
 OF_NAME, OF_FAMILY = Logistic(0.018, 1.8), Logistic(0.29, 1.2)
 """That it is this effect; that it is one of its family."""
+
+
+def of_name(share: float, held_out: float) -> float:
+    """Probability that an effect is there, and not another one that it imitates, by the larger of the shares that stay
+    unexplained of rows that were fitted and of others."""
+    return OF_NAME(max(share, held_out))

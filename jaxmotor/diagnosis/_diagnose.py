@@ -35,6 +35,7 @@ from jaxmotor.diagnosis._weighed import (
     families,
     found_effects,
     indistinguishable_motors,
+    judged_by,
     probabilities,
 )
 from jaxmotor.estimate import Fit, best_guess, identify
@@ -75,6 +76,7 @@ def diagnose(
     known = explained(recording, fit, request, seed)
     fit, study, found, before, after = known.fit, known.study, known.found, known.before, known.after
     held = hold_out(study, found)
+    found = judged_by(held, found)
     request.tell(3)
     verdict = _verdict(known, held)
     spread = with_average(covariance(found.fitted, study.solver.block), fit)

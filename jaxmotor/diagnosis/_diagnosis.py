@@ -85,6 +85,8 @@ class FoundEffect:
     unexplained_share: float = 0.0
     """Of the residual that the motor without it leaves, beside the noise, the share that stays unexplained with it:
     where it is large, the effect may only imitate another one, and the probabilities allow for that."""
+    held_out_share: float = 0.0
+    """The same of rows that were held out."""
 
     @property
     def is_named(self) -> bool:

@@ -4,7 +4,7 @@ import dataclasses
 from typing import NamedTuple
 
 from jaxmotor.diagnosis._extension import extended
-from jaxmotor.diagnosis._found import EXPLAINED, FINE, Explained, Found
+from jaxmotor.diagnosis._found import EXPLAINED, FINE, LEAST, Explained, Found
 from jaxmotor.diagnosis._free import linear_of
 from jaxmotor.diagnosis._held_out import hold_out
 from jaxmotor.diagnosis._request import Request
@@ -154,15 +154,16 @@ def _extended(now: _Searched, seed: int) -> Found:
 
 
 def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
-    """The best of what was tried `earlier`, with another window, where it now leaves no more than the best did then;
-    None where the readings over this window ask for something else."""
+    """The best of what was tried `earlier`, with another window, where what it leaves is not more by so much as an
+    effect must take up; None where the readings over this window ask for something else."""
     if earlier is None:
         return None
     found = now.search.resumed(earlier.search)
     names = frozenset(found.fitted.names) | earlier.search.own
     tried = names in earlier.search.visited.fitted
     explained = is_explained(now.study, found.fitted, now.search.linear)
-    return found if tried and (explained or now._replace(found=found).square <= earlier.square) else None
+    as_good = (1 - LEAST) * now._replace(found=found).square <= earlier.square
+    return found if tried and (explained or as_good) else None
 
 
 def _carried_over(known: _Searched) -> _Searched:

@@ -14,7 +14,7 @@ from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._residual_dependence import Dependence
 from jaxmotor.diagnosis._score_test import best_beside
-from jaxmotor.diagnosis._search import GROWS, LEAST, Search
+from jaxmotor.diagnosis._search import GROWS, LEAST, PROMISE, Search
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._visited import FAR
 from jaxmotor.motor import Motor
@@ -34,8 +34,6 @@ FITTED = 2
 BESIDE = 0.05
 """Share of what the linear motor leaves: beside effects that leave less a curve or a disturbance is sought, but not
 at once in their place."""
-PROMISE = 0.02
-"""Part of the mean square that the score of a law must promise to take up."""
 Seen = Callable[[Fitted], Iterable[Dependence]]
 
 

@@ -38,6 +38,8 @@ class Named:
     """The same: effects of `alternatives` that blocks left out do not tell from it."""
     unexplained_share: float
     """Of the residual that a motor without it leaves, beside the noise, the share that stays unexplained with it."""
+    held_out_share: float = 0.0
+    """The same of rows that were held out, where something of the fitted ones stays unexplained, too."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -54,6 +56,8 @@ class Found:
     """The same of each family of effects that was tried."""
     unexplained_share: float = 0.0
     """Of the residual that the linear motor leaves, beside the noise, the share that stays unexplained."""
+    held_out_share: float = 0.0
+    """As in `Named`."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -73,8 +77,8 @@ class Explained:
         """`fitted` leaves nothing that its laws are not off by."""
         return fitted.chi2 <= self.enough(fitted)
 
-    def share_left(self, fitted: Fitted, shorter_chi2: float) -> float:
+    def share_left(self, fitted: Fitted, shorter_chi2: float, chi2: float | None = None) -> float:
         """Of the mean square `shorter_chi2` of a shorter motor, beside the noise, the share that `fitted` leaves
-        unexplained."""
-        unexplained = max(fitted.chi2 - self.enough(fitted), 0.0)
+        unexplained; of other rows than it was fitted to where its `chi2` there is given."""
+        unexplained = max((fitted.chi2 if chi2 is None else chi2) - self.enough(fitted), 0.0)
         return min(unexplained / max(shorter_chi2 - 1, unexplained), 1.0) if unexplained else 0.0

@@ -70,6 +70,7 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
         "family": found.effect.family or None,
         "of_family_probability": min(found.of_family, 1.0),
         "unexplained_share": found.unexplained_share,
+        "held_out_unexplained_share": found.held_out_share,
     }
 
 

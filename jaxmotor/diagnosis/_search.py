@@ -62,6 +62,8 @@ IDLE = 1e-3
 """Part of chi2 by which a fit lowers it whose effect does something."""
 LIKELY = 0.4
 """Part of the best score's gain that a law of two inertias must promise where another effect explains everything."""
+PROMISE = 0.02
+"""Part of the mean square that a law's score must promise to take up beside others, where the noise is not known."""
 CONTESTS = 3
 LEADERS = 2
 """Of the candidates, those that are fitted before the others."""
@@ -213,12 +215,10 @@ class Search:
         shared: list[tuple[Fitted, Motor]] = []
         for base in bases:
             ranked = candidates(base, self._effect_columns(base))
-            quiet = self.solver.noise_known and base.chi2 < NEARLY
-            if quiet:
-                # Near the noise effects are small multiples of themselves, and what they do there is linear.
-                ranked = {name: its for name, its in ranked.items() if self.visited.promised(its[0]) > GROWS}
+            quiet = self._is_quiet(base)
             always = self.relations.always if base is self.linear and not quiet else ()
-            leaders = self._leaders(base, ranked, most, always)
+            leaders = self._leaders(base, self._promising(base, ranked), most)
+            leaders += [name for name in always if name in ranked and name not in leaders]
             simpler = [simple for name in leaders for simple in self.relations.simpler(name)]
             for name in (*leaders, *simpler):
                 names = frozenset((*base.names, name))
@@ -240,8 +240,21 @@ class Search:
         led = [(base, one) for base, one in best.items() if one.chi2 < self.least(base, LEAST)]
         self.visited.keep(side_by_side(lambda pair: self._fit(pair[1], _common(*pair), pair[0].chi2), led))
 
-    def _leaders(self, base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: tuple[str, ...]) -> list[str]:
-        """`most` effects by their scores, few of them alike, and `also` these."""
+    def _is_quiet(self, base: Fitted) -> bool:
+        """`base` leaves but the known noise."""
+        return self.solver.noise_known and base.chi2 < NEARLY
+
+    def _promising(self, base: Fitted, ranked: dict[str, list[Candidate]]) -> dict[str, list[Candidate]]:
+        """Those of `ranked` that may matter beside `base`. Near the noise effects are small multiples of themselves,
+        and what they do there is linear."""
+        if self._is_quiet(base):
+            return {name: its for name, its in ranked.items() if self.visited.promised(its[0]) > GROWS}
+        if self.solver.noise_known or base is self.linear:
+            return ranked
+        return {name: its for name, its in ranked.items() if its[0].chi2 < (1 - PROMISE) * base.chi2}
+
+    def _leaders(self, base: Fitted, ranked: dict[str, list[Candidate]], most: int) -> list[str]:
+        """`most` effects by their scores, few of them alike."""
         barred = self.relations.barred(base.template.effects)
         order = [name for name in sorted(ranked, key=lambda name: ranked[name][0].chi2) if name not in barred]
         chosen: list[str] = []
@@ -249,7 +262,7 @@ class Search:
             alike = set(self.relations.relatives(name)).intersection(chosen)
             if len(chosen) < most and len(alike) < RELATED and not self.relations.is_told(name, chosen):
                 chosen.append(name)
-        return chosen + [name for name in also if name in order and name not in chosen]
+        return chosen
 
     def _fitted(self, tasks: dict[Names, tuple[Fitted, list[Candidate]]], bar: float) -> list[Fitted]:
         """The best fit of each of `tasks`, those that promise most first: others are fitted roughly where these explain

@@ -31,6 +31,8 @@ class Visited:
         self._evidence: dict[Names, Evidence] = {}
         self._penalties: dict[Names, dict[str, float]] = {}
         """Of the curves of each model."""
+        self._weights: dict[Names, float] | None = None
+        """While no model comes or goes."""
         self._add(linear)
 
     def keep(self, found: list[Fitted]) -> None:
@@ -44,6 +46,7 @@ class Visited:
 
     def _add(self, one: Fitted) -> None:
         names = frozenset(one.names)
+        self._weights = None
         self.fitted[names] = one
         self._evidence[names] = evidence(one.residual, one.jacobian, one.layout.spread, self.piece)
         learned = [effect for effect in one.motor.effects if isinstance(effect, AbstractLearnedEffect)]
@@ -51,10 +54,12 @@ class Visited:
 
     def weights(self) -> dict[Names, float]:
         """Probability of each model."""
-        names = list(self.fitted)
-        prices = [sum(map(self.relations.price, one - self.own), self._curve_price(one)) for one in names]
-        found = weights([self._evidence[one] for one in names], prices, self._bounds(names))
-        return dict(zip(names, found.tolist(), strict=True))
+        if self._weights is None:
+            names = list(self.fitted)
+            prices = [sum(map(self.relations.price, one - self.own), self._curve_price(one)) for one in names]
+            found = weights([self._evidence[one] for one in names], prices, self._bounds(names))
+            self._weights = dict(zip(names, found.tolist(), strict=True))
+        return self._weights
 
     def _bounds(self, names: Sequence[Names]) -> np.ndarray:
         """(model,) Where the linear motor leaves more than the log's noise, laws that only imitate what is there also
@@ -98,6 +103,7 @@ class Visited:
 
     def forget(self, effects: Collection[str]) -> None:
         """All that have one of these `effects`."""
+        self._weights = None
         for names in [names for names in self.fitted if names.intersection(effects)]:
             del self.fitted[names], self._evidence[names], self._penalties[names]
 

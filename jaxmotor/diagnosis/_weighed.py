@@ -1,13 +1,14 @@
 """The effects of a motor that was found: how large, how sure, and what else could be in their place."""
 
+import dataclasses
 import math
 
 import numpy as np
 
-from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME
+from jaxmotor.diagnosis._certainty import OF_FAMILY, of_name
 from jaxmotor.diagnosis._diagnosis import Alternative, FoundEffect
 from jaxmotor.diagnosis._errors import differs, effect_errors
-from jaxmotor.diagnosis._found import NONE, Found, Named
+from jaxmotor.diagnosis._found import NONE, Explained, Found, Named
 from jaxmotor.diagnosis._held_out import HeldOut
 from jaxmotor.diagnosis._moments import moment_error
 from jaxmotor.diagnosis._parallel import side_by_side
@@ -22,6 +23,20 @@ FAR = 2.0
 """Times chi2 of the best motor, above which nobody asks how much worse another one is, exactly."""
 UNKNOWN = 0.5
 """Relative standard error from which a parameter is not determined."""
+
+
+def judged_by(held: HeldOut, found: Found) -> Found:
+    """`found` with the shares that stay unexplained of rows held out: there an effect that only imitates a law explains
+    less than where it was fitted."""
+    if not (found.unexplained_share and held.own):
+        return found
+    explained = Explained(found.linear.chi2, held.study.solver.noise_known)
+
+    def share(shorter: float) -> float:
+        return explained.share_left(held.fitted, shorter, held.after.drift)
+
+    named = tuple(dataclasses.replace(one, held_out_share=share(held.without(one.name))) for one in found.named)
+    return dataclasses.replace(found, named=named, held_out_share=share(held.before.drift))
 
 
 def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray) -> tuple[FoundEffect, ...]:
@@ -51,6 +66,7 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
                 family_probability=with_equal,
                 of_family=family,
                 unexplained_share=own.unexplained_share,
+                held_out_share=own.held_out_share,
             )
         )
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
@@ -68,9 +84,10 @@ def _more_than_ordinary(effect: AbstractEffect, error: dict[str, float]) -> floa
 def _sureness(named: Named, of_family: float) -> tuple[float, float, float]:
     """The probabilities of an effect, of it or its equals, and of any of its family, by weights alone `of_family`. That
     something depends on a coordinate, as a curve says, is as sure as a family."""
-    sure = (OF_FAMILY if named.name in LEARNED else OF_NAME)(named.unexplained_share)
+    share = named.unexplained_share
+    sure = OF_FAMILY(share) if named.name in LEARNED else of_name(share, named.held_out_share)
     with_equal = sure * named.with_equal
-    family = max(OF_FAMILY(named.unexplained_share) * of_family, with_equal) if of_family else 0.0
+    family = max(OF_FAMILY(share) * of_family, with_equal) if of_family else 0.0
     return sure * named.probability, with_equal, family
 
 
@@ -84,7 +101,7 @@ def _unknown(effect: AbstractEffect, error: dict[str, float]) -> tuple[str, ...]
 
 def probabilities(found: Found, effects: tuple[FoundEffect, ...]) -> dict[str, float]:
     """Of each effect that was tried and of `none`, the largest first."""
-    sure = OF_NAME(found.unexplained_share)
+    sure = of_name(found.unexplained_share, found.held_out_share)
     each = {name: share if name == NONE else sure * share for name, share in found.probabilities.items()}
     return falling(each | {one.name: one.probability for one in effects} if each else each)
 

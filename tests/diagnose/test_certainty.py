@@ -11,9 +11,13 @@ from test_story import found_effect
 
 from jaxmotor.cli._story import diagnosis_text
 from jaxmotor.diagnosis import to_json
-from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME, Logistic
-from jaxmotor.diagnosis._found import NAMED
-from jaxmotor.motor.effects import EFFECTS, LEARNED, vocabulary
+from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME, Logistic, of_name
+from jaxmotor.diagnosis._found import NAMED, Explained, Found, Named
+from jaxmotor.diagnosis._free import linear_of, with_effect
+from jaxmotor.diagnosis._held_out import hold_out
+from jaxmotor.diagnosis._study import study_of
+from jaxmotor.diagnosis._weighed import judged_by
+from jaxmotor.motor.effects import EFFECTS, LEARNED, CoulombFriction, vocabulary
 from jaxmotor.text import family_of, odds
 from jaxmotor.text._effects import FAMILIES
 
@@ -80,3 +84,29 @@ def test_names_and_families_are_in_the_json():
     assert effect["unexplained_share"] == 0.0
     assert list(content["families"].values()) == sorted(content["families"].values(), reverse=True)
     assert not to_json(imitated(unsure("sensor_lag")))["effects"][0]["named"]
+
+
+def test_a_name_is_no_surer_than_rows_that_were_held_out_let_it_be():
+    assert of_name(0.01, 0.0) == OF_NAME(0.01)
+    assert of_name(0.01, 0.2) == OF_NAME(0.2) < 0.05
+    assert of_name(0.0, 0.0) == 1.0
+
+
+@pytest.mark.usefixtures("x64")
+def test_effects_that_carry_over_worse_than_they_fit_are_judged_by_that():
+    """Both motors explain what they were fitted to; nothing changes where the noise is all that is left."""
+    made, found = of("friction")
+    study = study_of(made, float(found.linear.linear.pole))
+    linear = study.solver.fit(linear_of(float(found.linear.linear.gain), float(found.linear.linear.pole)))
+    fitted = study.solver.fit(with_effect(linear.motor, CoulombFriction.of(volts_V=0.3)))
+    named = Named("coulomb_friction", (), 1.0, 1.0, frozenset(), 0.01)
+    explained = Found(linear, fitted, (named,), {}, {})
+    held = hold_out(study, explained)
+    assert judged_by(held, explained) is explained
+    # The friction of another motor: held-out rows say what stays.
+    worse = dataclasses.replace(held, after=dataclasses.replace(held.after, drift=0.5 * held.before.drift))
+    judged = judged_by(worse, dataclasses.replace(explained, unexplained_share=0.01))
+    [one] = judged.named
+    limit = Explained(linear.chi2, True).enough(fitted)
+    share = (0.5 * held.before.drift - limit) / (held.before.drift - 1)
+    assert one.held_out_share == pytest.approx(share) == judged.held_out_share and one.unexplained_share == 0.01
