@@ -1,6 +1,7 @@
 """What a diagnosis gives: a verdict, the effects found and their alternatives, and the scores of both motors."""
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -279,7 +280,10 @@ class Diagnosis(Shown):
     def _remarks(self) -> tuple[str, ...]:
         before, after = self.held_out.before, self.held_out.after
         chi2 = f"{before.chi2_per_sample:.3g} -> {after.chi2_per_sample:.3g}"
-        score = f"held out: fit {before.fit_percent:.1f} -> {after.fit_percent:.1f} %, chi2 {chi2} (1 = noise)"
+        # Of readings that do not change no part is predicted.
+        is_defined = math.isfinite(before.fit_percent)
+        fit = f"fit {before.fit_percent:.1f} -> {after.fit_percent:.1f} %, " if is_defined else ""
+        score = f"held out: {fit}chi2 {chi2} (1 = noise)"
         dependence = [] if self.looks_like is None else [f"the unexplained residual looks like {self.looks_like.text}"]
         left_open = allowing(self)
         return (score, *dependence, *([left_open] if left_open else []))

@@ -217,8 +217,7 @@ class Search:
             ranked = candidates(base, self._effect_columns(base))
             quiet = self._is_quiet(base)
             always = self.relations.always if base is self.linear and not quiet else ()
-            leaders = self._leaders(base, self._promising(base, ranked), most)
-            leaders += [name for name in always if name in ranked and name not in leaders]
+            leaders = self._leaders(base, ranked, most, always)
             simpler = [simple for name in leaders for simple in self.relations.simpler(name)]
             for name in (*leaders, *simpler):
                 names = frozenset((*base.names, name))
@@ -244,25 +243,26 @@ class Search:
         """`base` leaves but the known noise."""
         return self.solver.noise_known and base.chi2 < NEARLY
 
-    def _promising(self, base: Fitted, ranked: dict[str, list[Candidate]]) -> dict[str, list[Candidate]]:
+    def _promising(self, base: Fitted, ranked: dict[str, list[Candidate]]) -> set[str]:
         """Those of `ranked` that may matter beside `base`. Near the noise effects are small multiples of themselves,
         and what they do there is linear."""
         if self._is_quiet(base):
-            return {name: its for name, its in ranked.items() if self.visited.promised(its[0]) > GROWS}
+            return {name for name, its in ranked.items() if self.visited.promised(its[0]) > GROWS}
         if self.solver.noise_known or base is self.linear:
-            return ranked
-        return {name: its for name, its in ranked.items() if its[0].chi2 < (1 - PROMISE) * base.chi2}
+            return set(ranked)
+        return {name for name, its in ranked.items() if its[0].chi2 < (1 - PROMISE) * base.chi2}
 
-    def _leaders(self, base: Fitted, ranked: dict[str, list[Candidate]], most: int) -> list[str]:
-        """`most` effects by their scores, few of them alike."""
+    def _leaders(self, base: Fitted, ranked: dict[str, list[Candidate]], most: int, also: tuple[str, ...]) -> list[str]:
+        """`most` effects by their scores, few of them alike, and `also` these."""
         barred = self.relations.barred(base.template.effects)
         order = [name for name in sorted(ranked, key=lambda name: ranked[name][0].chi2) if name not in barred]
+        promising = self._promising(base, ranked)
         chosen: list[str] = []
-        for name in order:
+        for name in (name for name in order if name in promising):
             alike = set(self.relations.relatives(name)).intersection(chosen)
             if len(chosen) < most and len(alike) < RELATED and not self.relations.is_told(name, chosen):
                 chosen.append(name)
-        return chosen
+        return chosen + [name for name in also if name in order and name not in chosen]
 
     def _fitted(self, tasks: dict[Names, tuple[Fitted, list[Candidate]]], bar: float) -> list[Fitted]:
         """The best fit of each of `tasks`, those that promise most first: others are fitted roughly where these explain

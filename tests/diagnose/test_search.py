@@ -10,12 +10,21 @@ from real_data import measured
 from scipy.signal import lfilter
 
 from jaxmotor import diagnose
-from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._free import linear_of, with_effect
 from jaxmotor.diagnosis._json import to_json
+from jaxmotor.diagnosis._score_test import candidates, effect_columns
 from jaxmotor.diagnosis._search import Search
 from jaxmotor.diagnosis._study import study_of
 from jaxmotor.diagnosis._trial import rig_of
-from jaxmotor.motor.effects import CoulombFriction, MissedCounts, Rig, ShaftCompliance, Stiction, SupplyDrift
+from jaxmotor.motor.effects import (
+    CoulombFriction,
+    MissedCounts,
+    Rig,
+    ShaftCompliance,
+    Stiction,
+    SupplyDrift,
+    TimingOffset,
+)
 from jaxmotor.recording import Recording, Segment
 
 GAIN, POLE = 20.0, 12.0
@@ -133,6 +142,9 @@ def test_a_rig_without_counts_loses_none():
     [
         (Stiction.of(volts_V=0.3, static_volts_V=0.2, stribeck_speed_rad_s=1.0), False),
         (Stiction.of(volts_V=0.3, static_volts_V=0.4, stribeck_speed_rad_s=1.0), True),
+        (Stiction.of(volts_V=0.1, static_volts_V=0.49, stribeck_speed_rad_s=1.0), True),
+        (Stiction.of(volts_V=0.1, static_volts_V=0.51, stribeck_speed_rad_s=1.0), False),
+        (Stiction.of(volts_V=0.0, static_volts_V=0.3, stribeck_speed_rad_s=1.0), False),
         (ShaftCompliance.of(frequency_Hz=8.0, damping_ratio=6.4, inertia_ratio=0.3), False),
         (ShaftCompliance.of(frequency_Hz=0.04, damping_ratio=0.5, inertia_ratio=20.0), False),
         (ShaftCompliance.of(frequency_Hz=2.5, damping_ratio=0.05, inertia_ratio=3.0), True),
@@ -154,3 +166,28 @@ def test_weights_of_all_models_sum_to_one(x64):
     first = linear_of(GAIN, POLE)
     search = Search(study.solver, first, study.solver.fit(first), rig_of(recording, study.trial))
     assert search.visited.weights() == {frozenset(): pytest.approx(1.0)}
+
+
+@pytest.mark.usefixtures("x64")
+def test_what_is_always_tried_is_not_where_the_log_excludes_it():
+    """The rows' timing offset and a transport delay are one to a log: no motor has both."""
+    study = study_of(noisy_log(2), POLE, timed=True)
+    timed = study.solver.fit(with_effect(linear_of(GAIN, POLE), TimingOffset.of(offset_s=0.001)))
+    search = Search(study.solver, linear_of(GAIN, POLE), timed, rig_of(study.recording, study.trial))
+    ranked = candidates(timed, effect_columns(study.solver, timed, search.rig, search.solver.request.asked()))
+    assert "transport_delay" in ranked and "transport_delay" in search.relations.always
+    leaders = search._leaders(timed, ranked, 7, search.relations.always)
+    assert "transport_delay" not in leaders and "coast_drive" in leaders
+
+
+@pytest.mark.usefixtures("x64")
+def test_beside_others_scores_that_promise_next_to_nothing_do_not_count_where_the_noise_is_unknown():
+    study = study_of(noisy_log(1, FRICTION_V), POLE)
+    linear = study.solver.fit(linear_of(GAIN, POLE))
+    search = Search(study.solver, linear.motor, linear, rig_of(study.recording, study.trial))
+    columns = effect_columns(study.solver, linear, search.rig, search.solver.request.asked())
+    assert search._promising(linear, candidates(linear, columns)) == set(candidates(linear, columns))
+    friction = study.solver.fit(with_effect(linear.motor, CoulombFriction.of(volts_V=FRICTION_V)))
+    ranked = candidates(friction, columns)
+    promising = search._promising(friction, ranked)
+    assert promising == {name for name, its in ranked.items() if its[0].chi2 < 0.98 * friction.chi2} < set(ranked)

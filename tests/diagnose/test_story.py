@@ -110,6 +110,14 @@ def test_the_story_says_what_was_held_out(segments, in_part, said):
     assert said in " ".join(diagnosis_text(dataclasses.replace(found, held_out=held_out)).split())
 
 
+def test_a_fit_of_speeds_that_do_not_change_is_not_told_as_a_number():
+    _, found = of("friction")
+    before = dataclasses.replace(found.held_out.before, fit_percent=math.nan)
+    still = dataclasses.replace(found, held_out=dataclasses.replace(found.held_out, before=before))
+    assert "nan" not in diagnosis_text(still) and "fit not defined" in diagnosis_text(still)
+    assert "nan" not in str(still) and "held out: chi2" in str(still)
+
+
 @pytest.mark.parametrize("name", sorted(EFFECTS))
 def test_no_line_is_too_long_whatever_is_found(name):
     others = [other for other in ("stiction", "winding_heating", "shaft_compliance") if other != name][:2]
