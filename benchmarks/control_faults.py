@@ -20,7 +20,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from _line import Board, Fault, FaultyPort, noise, runs_in, samples_in, samples_of
+from testing.line import Board, Fault, FaultyPort, noise, runs_in, samples_in, samples_of
 
 from jaxmotor.bench import Plan, Port, RecorderError, parse_plan, record
 from jaxmotor.recording import read

@@ -13,18 +13,14 @@ the phase of its model G ZOH with the motor's own gain and pole. Its parts, each
     friction   the motor with friction less the same motor without, both through the same processing
 """
 
-import sys
-from pathlib import Path
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from testing.plant import FULL_SCALE, Plant
 
 from jaxmotor.motor import FirstOrder, SecondOrder, mean_speed_response, paper_response, unmodelled_by_paper
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "firmware"))
-from plant import FULL_SCALE, Plant  # the emulated bench's motor, called directly
 
 PERIOD_S, SUPPLY_V, AMPLITUDE_V, COUNTS = 0.005, 7.4, 5.1, 617.4
 DUTY_DELAY_S = 40e-6

@@ -21,7 +21,7 @@ import tempfile
 
 import jax
 import numpy as np
-from made import COUNTS, PERIOD, SUPPLY, motion, recording, sine, step
+from testing.made import COUNTS, PERIOD, SUPPLY, motion, recording, sine, step
 
 from jaxmotor.estimate import identify
 from jaxmotor.recording import Recording

@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from exported import Header, Plant, draw
+from testing.exported import Header, Plant, draw
 
 from jaxmotor.present.exports import design, to_c
 

@@ -11,8 +11,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from exported import Drawn, Header, Plant, draw, on_board
 from matplotlib.figure import Figure
+from testing.exported import Drawn, Header, Plant, draw, on_board
 
 from jaxmotor.control import Prediction, measure_step, predict_step, reachable_rad_s, speed_controller
 from jaxmotor.present.exports import design, to_c

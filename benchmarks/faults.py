@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from _line import Board, Samples, damage, noise, samples_in, samples_of
+from testing.line import Board, Samples, damage, noise, samples_in, samples_of
 
 from jaxmotor.bench import Decoder, Incomplete, Plan, Port, RecorderError, parse_plan, record, recover
 from jaxmotor.bench._protocol import Sample

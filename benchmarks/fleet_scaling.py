@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from made import recording, sine, step
+from testing.made import recording, sine, step
 
 from jaxmotor.fleet import write_parquet
 from jaxmotor.recording import Recording

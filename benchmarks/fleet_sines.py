@@ -14,9 +14,9 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 import numpy as np
-from made import COUNTS, PERIOD, held, motion
 from scipy.optimize import least_squares, minimize
 from scipy.signal import lfilter
+from testing.made import COUNTS, PERIOD, held, motion
 
 from jaxmotor._runtime import keep_programs
 from jaxmotor.fleet import fit_projected, fit_shared, project, shared_plan

@@ -12,16 +12,13 @@ import dataclasses
 import itertools
 import sys
 import zlib
-from pathlib import Path
 
 import numpy as np
-from _hidden_plans import Experiment, Loop, Rig, draw_plan, draw_rig
+from testing.hidden_plans import Experiment, Loop, Rig, draw_plan, draw_rig
+from testing.plant import BRAKE, COAST, Plant, Run
 
 from jaxmotor.motor.effects import EFFECTS
 from jaxmotor.recording import Recording, Segment, write
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "firmware"))
-from plant import BRAKE, COAST, Plant, Run  # the emulated bench's motor, called directly
 
 NOT_IN_PLANT = frozenset(
     ("cubic_drive", "dead_time", "cubic_drag", "sector_friction", "warming_friction", "bristle_friction")

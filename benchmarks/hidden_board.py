@@ -13,8 +13,8 @@ import zlib
 from pathlib import Path
 
 import numpy as np
-from _hidden_plans import Rig, draw_rig
 from hidden import Hidden, plant_file, sizes
+from testing.hidden_plans import Rig, draw_rig
 
 from jaxmotor.bench import Port, parse_plan, record
 from jaxmotor.recording import write

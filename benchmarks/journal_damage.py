@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from _line import Board, FaultyPort, Samples, damage, samples_of
+from testing.line import Board, FaultyPort, Samples, damage, samples_of
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.bench import Plan, RecorderError, parse_plan, record, recover

@@ -9,7 +9,7 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
-from _plain_plant import Plant, close_loop, drive
+from testing.plain_plant import Plant, close_loop, drive
 
 import jaxmotor
 from jaxmotor.recording import Recording, Segment, write
@@ -59,7 +59,7 @@ def paper_recording(plant: Plant, seed: int = 0) -> Recording:
         drive="brake",
         header={
             "motor": "simulated, linear, after the paper's Pololu 51.45:1",
-            "rig": "no board: a plant integrated in Euler steps of 10 us (benchmarks/_plain_plant.py)",
+            "rig": "no board: a plant integrated in Euler steps of 10 us (benchmarks/testing/plain_plant.py)",
             "notes": f"gain {plant.gain:.6g} rad/s/V, pole {plant.pole:.6g} rad/s, "
             f"L/R {1e6 * plant.inductance_H / plant.resistance_ohm:.4g} us, no friction",
         },

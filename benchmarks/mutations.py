@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from _mutate import HOW, Tree, mutated, to_toml
-from made import plan, recording
+from testing.made import plan, recording
 
 from jaxmotor import identify
 from jaxmotor.cli import main

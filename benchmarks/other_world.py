@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 from _calibration import Certain, Said, alike, bins, by_unexplained, is_found, log_loss, logistic, told
-from _second_laws import OUTSIDE, VOCABULARY, several
 from second_world import LEVEL, Asked, Question, draw_questions
+from testing.second_laws import OUTSIDE, VOCABULARY, several
 
 from jaxmotor import JaxmotorError, diagnose
 from jaxmotor._runtime import keep_programs

@@ -15,12 +15,12 @@ import zlib
 from collections.abc import Sequence
 
 import numpy as np
-from _second_laws import OUTSIDE, VOCABULARY, physical, with_laws
-from _second_motors import Rig, draw_rig
-from _second_plans import FAMILIES, Run, draw_plan
 from scipy.linalg import expm
 from scipy.signal import lfilter, ss2tf
-from second_plant import STEP_S, Motion, Plant, Schedule, simulate
+from testing.second_laws import OUTSIDE, VOCABULARY, physical, with_laws
+from testing.second_motors import Rig, draw_rig
+from testing.second_plans import FAMILIES, Run, draw_plan
+from testing.second_plant import STEP_S, Motion, Plant, Schedule, simulate
 
 from jaxmotor.recording import Recording, Segment, from_arrays, write
 

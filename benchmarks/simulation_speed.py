@@ -24,8 +24,8 @@ from pathlib import Path
 import equinox as eqx
 import jax
 import numpy as np
-from made import recording, sine, step
 from scipy.linalg import expm
+from testing.made import recording, sine, step
 
 from jaxmotor._programs import _quickly
 from jaxmotor._runtime import keep_programs

@@ -21,7 +21,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from made import recording, sine, step
+from testing.made import recording, sine, step
 
 from jaxmotor.recording import Recording, Segment, write
 

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
-from _line import Board, Fault, FaultyPort
+from testing.line import Board, Fault, FaultyPort
 
 from jaxmotor.bench import RecorderError, parse_plan, record
 from jaxmotor.bench._protocol import Sample, checksum, parse

@@ -10,19 +10,16 @@ mean squares over motors, in percent. (`board`, for the tests: a converter of 19
 
 import dataclasses
 import sys
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from _hidden_plans import Experiment, Loop, Rig, draw_plan, draw_rig
 from hidden import plant_file, sizes
+from testing.hidden_plans import Experiment, Loop, Rig, draw_plan, draw_rig
+from testing.plant import Plant
 
 from jaxmotor import Recording, identify
 from jaxmotor._runtime import keep_programs
 from jaxmotor.recording import Segment, supplied
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "firmware"))
-from plant import Plant  # the emulated bench's motor, called directly
 
 MOTORS = 50
 LOGS = ("each row", "from the row")

@@ -11,14 +11,13 @@ import sys
 from typing import Any, NamedTuple
 
 import numpy as np
-from _hidden_plans import Loop, draw_plan, draw_rig
 from hidden import plant_file
+from testing.hidden_plans import Loop, draw_plan, draw_rig
+from testing.plant import Plant
 
 from jaxmotor.diagnosis import diagnose
 from jaxmotor.estimate import Timing, identify
 from jaxmotor.recording import Recording, Segment
-
-from plant import Plant  # isort: skip
 
 MOTORS = 40
 LARGEST = 0.5

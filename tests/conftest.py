@@ -6,6 +6,7 @@ from pathlib import Path
 import jax
 import pytest
 from hypothesis import settings
+from testing.built import BUILD, COMPILER, make
 
 from jaxmotor._runtime import WHOLE_LOOPS
 from jaxmotor.bench._emulator import PACKAGES, find_or_build, missing_tools
@@ -70,6 +71,15 @@ def one_cache():
 def x64():
     with jax.enable_x64(True):
         yield
+
+
+@pytest.fixture(scope="session")
+def plant_library() -> Path:
+    """The emulated bench's plant alone, built; a C compiler is enough for it."""
+    if missing := [tool for tool in COMPILER if not shutil.which(tool)]:
+        pytest.skip(f"the plant library: no {', '.join(missing)}; apt install build-essential")
+    make("plant")
+    return BUILD / "libplant.so"
 
 
 @pytest.fixture(scope="session")

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from _plain_plant import Plant, drive
 from make_linear_recording import PERIOD_S, paper_recording
 from scipy.integrate import solve_ivp
+from testing.plain_plant import Plant, drive
 
 from jaxmotor.recording import bundled, to_text
 

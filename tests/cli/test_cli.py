@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made import recording, sine, step
+from testing.made import recording, sine, step
 
 from jaxmotor.cli import main
 from jaxmotor.cli._main import build

@@ -12,7 +12,7 @@ import sys
 import time
 
 import pytest
-from made import recording, sine, step
+from testing.made import recording, sine, step
 
 from jaxmotor.cli import _progress
 from jaxmotor.recording import write

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from exported import Plant
 from models import HARDWARE, model
 from scipy.linalg import solve_discrete_are
+from testing.plant import Plant
 
 from jaxmotor import JaxmotorError
 from jaxmotor.control import design_estimator, estimate_motion

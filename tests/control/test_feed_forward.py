@@ -3,8 +3,8 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from exported import Plant
 from models import model
+from testing.plant import Plant
 
 from jaxmotor.control import feed_forward, reachable_rad_s
 

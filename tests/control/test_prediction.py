@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from exported import Plant
 from models import HARDWARE, model
+from testing.plant import Plant
 
 from jaxmotor import JaxmotorError
 from jaxmotor.control import (

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from exported import Plant
 from models import HARDWARE, model
+from testing import reference as board_waves
+from testing.plant import Plant
 
 from jaxmotor import JaxmotorError, identify, read
 from jaxmotor.bench import load_plan, parse_plan
@@ -71,22 +72,14 @@ def test_the_loop_is_the_boards(plant_library, recording):
 
 def test_the_wave_is_the_boards(recording):
     """Against the second writing of the firmware's integers, within a duty."""
-    import importlib.util
-
-    from exported import ROOT
-
-    spec = importlib.util.spec_from_file_location("reference", ROOT / "tests" / "firmware" / "reference.py")
-    assert spec is not None and spec.loader is not None
-    reference = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(reference)
     board = {kind: next(s for s in recording.segments if s.kind == kind) for kind in ("sine", "prbs", "ramp", "chirp")}
     level = [round(volts / HARDWARE.step_V * 128) for volts in (4.0, 5.0)]
     hertz = [round(frequency * 0.005 * 2**32) for frequency in (2.006, 1, 8)]
     expected = {
-        "sine": reference.sine_wave(200, hertz[0], level[1], 0),
-        "prbs": reference.prbs(200, 9 + (4 << 8), level[0], 0),
-        "ramp": reference.ramp(200, 0, 0, level[1]),
-        "chirp": reference.chirp(200, hertz[1], round((hertz[2] - hertz[1]) / 200), level[0]),
+        "sine": board_waves.sine_wave(200, hertz[0], level[1], 0),
+        "prbs": board_waves.prbs(200, 9 + (4 << 8), level[0], 0),
+        "ramp": board_waves.ramp(200, 0, 0, level[1]),
+        "chirp": board_waves.chirp(200, hertz[1], round((hertz[2] - hertz[1]) / 200), level[0]),
     }
     for kind, segment in board.items():
         assert np.abs(segment.duty - np.array(expected[kind])).max() <= 1, kind

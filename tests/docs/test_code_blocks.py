@@ -17,8 +17,8 @@ from jaxmotor.recording import read, write
 BUNDLED = ROOT / "jaxmotor" / "recording" / "bundled"
 APPLICATION = typer.main.get_command(build())
 NOT_HERE = {
-    "docs/control.md": "tests/export/test_pages.py runs it",
-    "docs/export.md": "tests/export/test_pages.py runs it",
+    "docs/control.md": "tests/present/exports/test_pages.py runs it",
+    "docs/export.md": "tests/present/exports/test_pages.py runs it",
     "docs/effects/index.md": "names the parts, not a whole example",
     "docs/recording.md": "needs a board",
     "docs/fleet.md": "needs a fleet and its results; tests/fleet has both",

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from made import PERIOD, counted, motion, plan
+from testing.made import PERIOD, counted, motion, plan
 
 from jaxmotor import identify
 from jaxmotor.recording import at_duty

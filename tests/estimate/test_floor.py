@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from made import COUNTS, PERIOD, counted, motion, recording
+from testing.made import COUNTS, PERIOD, counted, motion, recording
 
 from jaxmotor.estimate import angle_fit_percent, chi2_per_sample, floors, traces_of
 from jaxmotor.prediction import pack

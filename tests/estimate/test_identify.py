@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from made import COUNTS, PERIOD, counted, held, motion, plan, recording, sine, step
 from scipy.optimize import minimize
+from testing.made import COUNTS, PERIOD, counted, held, motion, plan, recording, sine, step
 
 from jaxmotor import JaxmotorError, identify
 from jaxmotor.estimate import electrical_check

@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from made import FINE as PARTS
-from made import PERIOD, latched
+from testing.made import FINE as PARTS
+from testing.made import PERIOD, latched
 
 from jaxmotor import identify
 from jaxmotor.estimate import to_json

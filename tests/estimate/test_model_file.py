@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from made import COUNTS, SUPPLY, recording
+from testing.made import COUNTS, SUPPLY, recording
 
 from jaxmotor import JaxmotorError, identify, read_model
 from jaxmotor.estimate import ModelRig, fingerprint, to_json

@@ -6,8 +6,8 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from made import COUNTS, FREQUENCIES, PERIOD, counted, held, motion, plan, recording, sine, step
 from scipy.optimize import minimize
+from testing.made import COUNTS, FREQUENCIES, PERIOD, counted, held, motion, plan, recording, sine, step
 
 from jaxmotor.estimate import fit_response
 from jaxmotor.estimate._paper import fit_paper, fit_paper_pole

@@ -1,4 +1,3 @@
-import fcntl
 import json
 import shutil
 import subprocess
@@ -6,15 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from wire import Line, unseal
+from testing import built
+from testing.wire import Line, unseal
 
-FIRMWARE = Path(__file__).parents[2] / "firmware"
-BUILD = FIRMWARE / "build"
 PACKAGES = "gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev"
-
-
-COMPILER = ("make", "cc")
-TOOLS = (*COMPILER, "avr-gcc", "avr-objcopy")
+TOOLS = (*built.COMPILER, "avr-gcc", "avr-objcopy")
 HEADERS = {"simavr": "/usr/include/simavr/sim_avr.h", "libelf": "/usr/include/libelf.h"}
 
 
@@ -37,15 +32,6 @@ def pytest_collection_modifyitems(config, items):
     items[:] = [item for item in items if item not in spare]
 
 
-def _make(target: str) -> None:
-    BUILD.mkdir(exist_ok=True)
-    with open(BUILD / ".lock", "w") as lock:
-        # Several test workers may come at once; make must run alone.
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        result = subprocess.run(["make", "-C", FIRMWARE, target], check=False, capture_output=True, text=True)
-    assert result.returncode == 0, result.stdout + result.stderr
-
-
 @pytest.fixture(scope="session")
 def toolchain() -> None:
     _need(TOOLS, HEADERS, PACKAGES)
@@ -54,21 +40,13 @@ def toolchain() -> None:
 @pytest.fixture(scope="session")
 def build(toolchain) -> Path:
     """The folder with firmware, bench and plant library, built."""
-    _make("all")
-    return BUILD
-
-
-@pytest.fixture(scope="session")
-def plant_library() -> Path:
-    """The plant alone, which a C compiler is enough for."""
-    _need(COMPILER, {}, "build-essential")
-    _make("plant")
-    return BUILD / "libplant.so"
+    built.make("all")
+    return built.BUILD
 
 
 @pytest.fixture(scope="session")
 def make(toolchain):
-    return _make
+    return built.make
 
 
 class Outcome:

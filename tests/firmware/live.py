@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 import serial
-from wire import Line, unseal
+from testing.wire import Line, unseal
 
 
 class Live:

@@ -1,8 +1,8 @@
 """Motors for the tests of the plant, and what a linear one does by closed form."""
 
 import numpy as np
-from plant import Plant
 from scipy import linalg
+from testing.plant import Plant
 
 MEAN = "[bench]\npwm_edges = false\n"
 FIRST_ORDER = MEAN + "[motor]\ninductance_H = 0\n"

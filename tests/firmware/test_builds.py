@@ -6,7 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from wire import Script, hertz, level
+from testing.wire import Script, hertz, level
 
 CORE = Path("/usr/share/arduino/hardware/arduino/avr/cores/arduino")
 

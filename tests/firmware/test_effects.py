@@ -1,7 +1,7 @@
 """Every effect of the vocabulary, and those outside it, hidden behind the real firmware."""
 
 import pytest
-from wire import Script, hertz, level
+from testing.wire import Script, hertz, level
 
 EFFECTS = {
     "transport_delay": "delay_s = 0.003",

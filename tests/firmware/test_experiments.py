@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import reference
-from wire import Script, hertz, level
+from testing import reference
+from testing.wire import Script, hertz, level
 
 from jaxmotor.bench import experiment_volts
 from jaxmotor.bench._plan import parse_plan

@@ -4,7 +4,7 @@ import random
 
 import pytest
 from faults import damage
-from wire import Script, hertz, level, unseal
+from testing.wire import Script, hertz, level, unseal
 
 FAULTS = 10_000
 FIELDS = {"D": (4, 5), "B": (5,), "E": (6,), "Z": (4,), "A": (1,), "H": (5, 6, 7)}

@@ -5,7 +5,7 @@ import csv
 import pytest
 from _board_model import BoardModel, Refused, number
 from firmware_fuzz import fuzz
-from wire import Script, hertz, level
+from testing.wire import Script, hertz, level
 
 PERIOD_CYCLES = 4000
 

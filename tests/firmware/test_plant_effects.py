@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from plant import COAST, Plant
 from plant_cases import FIRST_ORDER, HALF, MEAN, A, K, V, exact, steady_speed
+from testing.plant import COAST, Plant
 
 pytestmark = pytest.mark.usefixtures("plant_library")
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import reference
-from plant import Plant, load
 from plant_cases import MEAN
+from testing import reference
+from testing.plant import Plant, load
 
 pytestmark = pytest.mark.usefixtures("plant_library")
 EMULATOR = Path(__file__).parents[2] / "firmware" / "emulator"

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from plant import Plant
 from plant_cases import FIRST_ORDER, MEAN, A, K, T, V, exact
+from testing.plant import Plant
 
 pytestmark = pytest.mark.usefixtures("plant_library")
 

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from plant import COAST, Plant
 from plant_cases import FIRST_ORDER, A, K, T, V
 from scipy import integrate, linalg
+from testing.plant import COAST, Plant
 
 pytestmark = pytest.mark.usefixtures("plant_library")
 

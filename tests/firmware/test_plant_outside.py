@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from plant import Plant
 from plant_cases import FIRST_ORDER, HALF, MEAN, A, K, T
+from testing.plant import Plant
 
 pytestmark = pytest.mark.usefixtures("plant_library")
 

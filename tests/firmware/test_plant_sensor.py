@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from plant import Plant
 from plant_cases import MEAN
+from testing.plant import Plant
 
 pytestmark = pytest.mark.usefixtures("plant_library")
 

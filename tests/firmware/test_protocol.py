@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from live import Live
-from wire import Script, hertz, level, seal, seal_bytes, unseal
+from testing.wire import Script, hertz, level, seal, seal_bytes, unseal
 
 
 def hello_of(outcome, number):

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from plant import BRAKE, COAST, Plant
-from wire import Script, hertz, level
+from testing.plant import BRAKE, COAST, Plant
+from testing.wire import Script, hertz, level
 
 FRICTION = "[coulomb_friction]\nvolts_V = 0.3\n"
 

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from wire import Script, level, seal
+from testing.wire import Script, level, seal
 
 FULL = level(250)
 

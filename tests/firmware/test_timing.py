@@ -4,7 +4,7 @@ import itertools
 import re
 
 import pytest
-from wire import Script, hertz, level
+from testing.wire import Script, hertz, level
 
 # 7.4 V x 10.6 rad/s/V = 12.5 rev/s, so 10 kHz of edges
 FAST_ENCODER = "[encoder]\ncounts_per_rev = 805\n"

@@ -5,7 +5,7 @@ from time import monotonic, sleep
 
 import pytest
 from live import Live
-from wire import Script, hertz, level, seal
+from testing.wire import Script, hertz, level, seal
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,7 @@
 """Small fleets of known motors."""
 
 import numpy as np
-from made import plan, recording, sine, step
+from testing.made import plan, recording, sine, step
 
 from jaxmotor.recording import Recording
 

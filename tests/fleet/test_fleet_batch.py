@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from fleets import SHORT, recording, short, sine, step, with_lost_ticks
-from made import with_friction
+from testing.made import with_friction
 
 import jaxmotor as jm
 from jaxmotor.fleet import Options, _identify_part, fit_friction, identify_batch, ready

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from made import COUNTS, PERIOD, motion, recording, sine
+from testing.made import COUNTS, PERIOD, motion, recording, sine
 
 import jaxmotor as jm
 from jaxmotor.fleet import fit_shared, project, shared_plan
