@@ -2,6 +2,7 @@
 
 import base64
 import html
+import importlib
 import io
 import textwrap
 from collections.abc import Mapping
@@ -76,6 +77,11 @@ def data_frame(columns: Mapping[str, Any]) -> Any:
     return pandas.DataFrame(dict(columns))
 
 
+def present() -> Any:
+    """The folder that draws: it comes last in the story, and only whoever asks for a figure pays for matplotlib."""
+    return importlib.import_module("jaxmotor.present")
+
+
 def _unit(row: Row) -> str:
     """For people: a ratio has none."""
     return "" if row.unit == "1" else row.unit
@@ -87,9 +93,7 @@ def _text(text: str) -> str:
 
 def _picture(result: Shown) -> str:
     """The one figure that tells most of `result`; only a notebook that shows it pays for matplotlib."""
-    from jaxmotor.present import picture
-
-    figure = picture(result)
+    figure = present().picture(result)
     if figure is None:
         return ""
     file = io.BytesIO()

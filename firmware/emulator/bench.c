@@ -28,8 +28,6 @@ static const char usage[] =
     "--until      end at this simulated time\n"
     "--keepalive-until, --hang-at   stop the keepalives, or the processor, at this simulated time\n";
 
-volatile sig_atomic_t interrupted;
-
 static void
 on_signal(int number)
 {

@@ -32,9 +32,6 @@ struct bench {
     avr_cycle_count_t boot; // cycle of the last reset
 };
 
-// bench.c: asked to end, by a signal; whoever waits looks at it
-extern volatile sig_atomic_t interrupted;
-
 // board.c: the ATmega328P
 void board_setup(struct bench *bench);
 void board_reset(struct bench *bench);

@@ -16,10 +16,11 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "bench.h" // interrupted
 #include "transport.h"
 
 #define BUFFER 4096
+
+volatile sig_atomic_t interrupted;
 
 static enum transport kind;
 static int in = -1, out = -1, listener = -1;

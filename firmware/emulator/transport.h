@@ -3,6 +3,11 @@
 #ifndef TRANSPORT_H
 #define TRANSPORT_H
 
+#include <signal.h>
+
+// Asked to end, by a signal; whoever waits looks at it.
+extern volatile sig_atomic_t interrupted;
+
 enum transport { STDIO, PTY, SOCKET };
 
 // Opens it and says on stderr where it is. Exits with a sentence when it cannot.

@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-enum drive { BRAKE, COAST };
+#include "pwm.h" // enum drive
 
 void bridge_setup(void);
 void bridge_enable(uint8_t drive);

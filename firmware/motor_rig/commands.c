@@ -12,7 +12,7 @@
 #include "plan.h"
 #include "report.h" // report_hello
 #include "runner.h"
-#include "tick.h"
+#include "timer.h"
 #include "uart.h"
 #include "words.h"
 
@@ -139,7 +139,7 @@ set_period(void)
     int32_t period, drive;
     if (!number_between(&period, 1, PERIOD_MAX_ms) || !number_between(&drive, 0, 1) || *cursor)
         return BAD_ARGUMENT;
-    tick_period(period);
+    timer_period = period;
     runner_drive = drive;
     return ACCEPTED;
 }
@@ -160,7 +160,7 @@ set_limits(void)
 static uint16_t
 plan_sum(void)
 {
-    uint8_t head[2] = {tick_period_ms(), runner_drive};
+    uint8_t head[2] = {timer_period, runner_drive};
     uint16_t crc = line_crc_of(0xFFFF, head, sizeof head);
     crc = line_crc_of(crc, &runner_limits, sizeof runner_limits);
     return line_crc_of(crc, plan, plan_count * sizeof *plan);
@@ -358,7 +358,7 @@ command(void)
         ++bad_lines;
         return;
     }
-    tick_host_silent_ms = 0;
+    timer_host_silent_ms = 0;
     char type = line[0];
     cursor = line + 1;
     if (type == 'K' && !*cursor)

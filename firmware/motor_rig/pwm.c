@@ -5,12 +5,11 @@
 //    |     +-------+      |
 //    +-----+ pulse +------+
 
-#include "bridge.h" // BRAKE
 #include "pwm.h"
 
 uint8_t pwm_mirrored;
 
-// Phase-correct with ICR1 as top (mode 10), prescaler 8. The counter is started by tick_setup.
+// Phase-correct with ICR1 as top (mode 10), prescaler 8. The counter is started by timer_setup.
 void
 pwm_setup(void)
 {

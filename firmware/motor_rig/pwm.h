@@ -17,6 +17,8 @@
 // A duty takes effect this long after its tick: time for the tick interrupt to set it (tick.c).
 #define DUTY_DELAY_us 40
 
+enum drive { BRAKE, COAST }; // both pins high between pulses, or low
+
 extern uint8_t pwm_mirrored;
 
 void pwm_setup(void);

@@ -8,9 +8,9 @@
 #include "plan.h" // PLAN_SLOTS
 #include "pwm.h" // FULL_SCALE
 #include "report.h"
-#include "rig.h" // rig_reset_cause
+#include "reset.h"
 #include "runner.h" // runner_run
-#include "tick.h"
+#include "timer.h"
 #include "uart.h" // uart_room
 #include "words.h"
 
@@ -75,7 +75,7 @@ hello(void)
         key_value(hello_supply, adc_supply_mV());
         line_text(hello_minimum);
         line_text(hello_reset);
-        line_text(rig_reset_cause());
+        line_text(reset_cause());
         key_value(hello_run, runner_run);
         hello_part = 0;
     }
@@ -94,7 +94,7 @@ sample(const struct event *event)
     line_number(event->tick);
     line_number(event->duty);
     line_number(event->count);
-    since_supply += tick_period_ms();
+    since_supply += timer_period;
     if (since_supply >= SUPPLY_EVERY_ms) {
         since_supply = 0;
         line_number(adc_supply_mV());

@@ -6,7 +6,6 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
-#include <avr/pgmspace.h>
 #include <avr/sleep.h>
 #include <avr/wdt.h>
 
@@ -19,29 +18,8 @@
 #include "report.h"
 #include "rig.h"
 #include "runner.h"
-#include "tick.h"
+#include "timer.h"
 #include "uart.h"
-
-static uint8_t reset_flags __attribute__((section(".noinit")));
-
-// After a watchdog reset the watchdog is still on, with its shortest time: switch it off first thing.
-void
-rig_early(void) __attribute__((naked, used, section(".init3")));
-void
-rig_early(void)
-{
-    reset_flags = MCUSR;
-    MCUSR = 0;
-    wdt_disable();
-}
-
-// Why the board started: "watchdog", or "power" for everything else (a bootloader clears the rest).
-const char *
-rig_reset_cause(void)
-{
-    static const char power[] PROGMEM = "power", watchdog[] PROGMEM = "watchdog";
-    return reset_flags & (1 << WDRF) ? watchdog : power;
-}
 
 void
 rig_setup(void)
@@ -52,7 +30,7 @@ rig_setup(void)
     encoder_setup();
     adc_setup();
     uart_setup();
-    tick_setup();
+    timer_setup();
     set_sleep_mode(SLEEP_MODE_IDLE);
 #if USE_WATCHDOG
     wdt_enable(WDTO_120MS);
@@ -72,7 +50,7 @@ sleep_if_idle(void)
     sleep_enable();
     for (;;) {
         cli();
-        if (tick_alive || uart_waiting() || report_waiting())
+        if (timer_alive || uart_waiting() || report_waiting())
             break;
         sei();
         sleep_cpu();
@@ -87,8 +65,8 @@ sleep_if_idle(void)
 void
 rig_loop(void)
 {
-    if (tick_alive) {
-        tick_alive = 0;
+    if (timer_alive) {
+        timer_alive = 0;
         wdt_reset();
     }
     commands_poll();

@@ -5,6 +5,5 @@
 
 void rig_setup(void);
 void rig_loop(void);
-const char *rig_reset_cause(void);
 
 #endif

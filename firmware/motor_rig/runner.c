@@ -15,7 +15,7 @@
 #include "experiment.h"
 #include "pwm.h" // pwm_set
 #include "runner.h"
-#include "tick.h"
+#include "timer.h"
 
 struct limits runner_limits = {TRAVEL_LIMIT_COUNTS, TIME_LIMIT_ms, SUPPLY_MIN_mV};
 uint8_t runner_drive = BRAKE;
@@ -95,7 +95,7 @@ runner_start(uint32_t run)
         encoder_illegal = 0;
         starting = 1;
         running = 1;
-        tick_restart();
+        timer_restart();
     }
 }
 
@@ -238,7 +238,7 @@ fault(int32_t count)
     int32_t travel = count - start_count;
     if (stop_reason)
         return stop_reason;
-    if (tick_host_silent_ms >= HOST_SILENT_ms)
+    if (timer_host_silent_ms >= HOST_SILENT_ms)
         return HOST_SILENT;
     if (still_ms >= STALL_ms)
         return STALLED;

@@ -1,13 +1,13 @@
 """Where the simulation fails, why, and how much an extended model improves it."""
 
+from jaxmotor.diagnosis._before_after import BeforeAfter as BeforeAfter
+from jaxmotor.diagnosis._before_after import Intervals as Intervals
 from jaxmotor.diagnosis._diagnose import diagnose as diagnose
-from jaxmotor.diagnosis._diagnosis import Alternative as Alternative
-from jaxmotor.diagnosis._diagnosis import BeforeAfter as BeforeAfter
 from jaxmotor.diagnosis._diagnosis import Diagnosis as Diagnosis
-from jaxmotor.diagnosis._diagnosis import FoundEffect as FoundEffect
-from jaxmotor.diagnosis._diagnosis import Intervals as Intervals
+from jaxmotor.diagnosis._diagnosis import extended_model as extended_model
 from jaxmotor.diagnosis._experiment import Experiment as Experiment
-from jaxmotor.diagnosis._extended import extended_model as extended_model
+from jaxmotor.diagnosis._found_effect import Alternative as Alternative
+from jaxmotor.diagnosis._found_effect import FoundEffect as FoundEffect
 from jaxmotor.diagnosis._json import to_json as to_json
 from jaxmotor.diagnosis._learned_law import LearnedLaw as LearnedLaw
 from jaxmotor.diagnosis._learned_law import Resemblance as Resemblance

@@ -8,7 +8,7 @@ from jaxmotor._arguments import check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.diagnosis._curves import learned_laws
-from jaxmotor.diagnosis._diagnosis import Diagnosis, FoundEffect, Verdict
+from jaxmotor.diagnosis._diagnosis import Diagnosis, Verdict
 from jaxmotor.diagnosis._errors import (
     covariance,
     linear_covariance,
@@ -18,6 +18,7 @@ from jaxmotor.diagnosis._errors import (
 from jaxmotor.diagnosis._experiment import Experiment, experiment, joined
 from jaxmotor.diagnosis._explain import Explanation, depends_on_time_only, explained, is_explained
 from jaxmotor.diagnosis._found import Found
+from jaxmotor.diagnosis._found_effect import FoundEffect
 from jaxmotor.diagnosis._free import of_motor
 from jaxmotor.diagnosis._held_out import HeldOut, before_after, hold_out
 from jaxmotor.diagnosis._input_convention import is_applied_until_row

@@ -1,4 +1,4 @@
-"""What a diagnosis gives: a verdict, the effects found and their alternatives, and the scores of both motors."""
+"""What a diagnosis gives: a verdict, the effects found, the scores of both motors, the extended motor as a model."""
 
 import dataclasses
 import math
@@ -6,15 +6,18 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from jaxmotor._shown import Row, Shown
+from jaxmotor._precision import in_float64, to_numpy
+from jaxmotor._shown import Row, Shown, present
+from jaxmotor.diagnosis._before_after import BeforeAfter
 from jaxmotor.diagnosis._experiment import Experiment
-from jaxmotor.diagnosis._found import NAMED
+from jaxmotor.diagnosis._found_effect import FoundEffect
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._residual_dependence import Coordinate, Dependence
 from jaxmotor.diagnosis._residual_voltage import ResidualVoltage
 from jaxmotor.estimate import (
     KEYS,
+    SHARE,
     Allowed,
     Fit,
     Joint,
@@ -22,15 +25,12 @@ from jaxmotor.estimate import (
     OpenHypothesis,
     SpeedAverage,
     Timing,
-    Trace,
     allowing,
-    angle_fit_percent,
     effect_rows,
     linear_rows,
+    names_of,
 )
-from jaxmotor.motor import AbstractEffect, Motor
-from jaxmotor.motor.effects import parameters
-from jaxmotor.validation import Interval, Score
+from jaxmotor.motor import Motor, linear_motor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,112 +45,9 @@ COORDINATE_OF: dict[str, Coordinate] = {
     "electrical lag": "frequency",
 }
 """What an open hypothesis depends on."""
+SHORTEST_LAG_S = 1e-7
+"""A lag that ended at its lower bound, zero, is none."""
 Verdict = Literal["complete", "extended", "unexplained"]
-
-
-@dataclasses.dataclass(frozen=True)
-class Alternative:
-    """Another effect in the place of one that was named."""
-
-    name: str
-    chi2_excess: float
-    """By how much its held-out chi2 per sample is above the named effect's, of residuals that add up over twenty
-    ticks; negative where it does better."""
-    inseparable: bool
-    """This recording cannot tell the two apart."""
-    wider: bool = False
-    """Its law contains the named effect's."""
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class FoundEffect:
-    """One effect of the extended motor."""
-
-    effect: AbstractEffect
-    standard_error: dict[str, float]
-    """Of each parameter, in its unit; 1.96 of them each way hold the truth 95 times of 100."""
-    held_out_gain_percent: float
-    """By how much it lowers the drift chi2 per sample of data that was not fitted, of what the motor without it has."""
-    alternatives: tuple[Alternative, ...]
-    """The nearest first."""
-    unknown: tuple[str, ...]
-    """Parameters that this recording does not determine: their error is more than half of them."""
-    probability: float
-    """Of all models tried, by blocks left out."""
-    family_probability: float
-    """The same of it or of any alternative that is indistinguishable."""
-    curve: LearnedLaw | None = None
-    """Where it was learned as a curve."""
-    of_family: float = 0.0
-    """Probability of it or of any effect of its family."""
-    unexplained_share: float = 0.0
-    """Of the residual that the motor without it leaves, beside the noise, the share that stays unexplained with it:
-    where it is large, the effect may only imitate another one, and the probabilities allow for that."""
-    held_out_share: float = 0.0
-    """The same of rows that were held out."""
-
-    @property
-    def is_named(self) -> bool:
-        """It is told as a cause: it, or what it may as well be, is more likely than not. Otherwise its family is."""
-        return self.family_probability >= NAMED
-
-    @property
-    def is_told(self) -> bool:
-        """It or its family is more likely than not. Otherwise the motor only fits better with it."""
-        return self.is_named or self.of_family >= NAMED
-
-    @property
-    def name(self) -> str:
-        return self.effect.name
-
-    @property
-    def summary(self) -> str:
-        """What it does, with its parameters in SI."""
-        about, (says, values) = parameters(self.effect), self.effect.told()
-        return says.format(
-            **{name: f"{value:.4g} {about[name]['unit']}".removesuffix(" 1") for name, value in values.items()}
-        )
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """By name, in SI."""
-        return {name: float(getattr(self.effect, name)) for name in parameters(self.effect)}
-
-
-@dataclasses.dataclass(frozen=True)
-class Intervals:
-    """Scores, and where 95 % of them would be if other segments of their kind had been drawn."""
-
-    chi2_per_sample: Interval
-    rmse_rad_s: Interval
-    fit_percent: Interval
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class BeforeAfter:
-    """The linear and the extended motor on the same data."""
-
-    segments: tuple[int, ...]
-    in_part: tuple[int, ...]
-    """Those of which only a part was scored."""
-    before: Score
-    after: Score
-    before_intervals: Intervals
-    after_intervals: Intervals
-    drift_before: float
-    """chi2 per sample of residuals that add up over twenty ticks."""
-    drift_after: float
-    traces_before: tuple[Trace, ...]
-    traces_after: tuple[Trace, ...]
-
-    @property
-    def angle_fit_percent_before(self) -> float:
-        """As the fit of the speed, of the angle turned since each segment began: to compare with logs of angles."""
-        return angle_fit_percent(self.traces_before)
-
-    @property
-    def angle_fit_percent_after(self) -> float:
-        return angle_fit_percent(self.traces_after)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -255,16 +152,11 @@ class Diagnosis(Shown):
     @property
     def model(self) -> Model:
         """The extended motor, to keep, to simulate, to validate and to export."""
-        from jaxmotor.diagnosis._extended import extended_model
-
         return extended_model(self)
 
     def plot(self) -> "dict[str, Figure]":
         """Figures of the residual voltage, its causes and the scores of both motors, by name."""
-        # Drawing comes later in the story than finding; only whoever asks for it pays for matplotlib.
-        from jaxmotor.present import diagnosis_figures
-
-        return diagnosis_figures(self)
+        return present().diagnosis_figures(self)
 
     def _title(self) -> str:
         each = [found.name if found.is_named else f"perhaps {found.name}" for found in self.effects]
@@ -287,3 +179,39 @@ class Diagnosis(Shown):
         dependence = [] if self.looks_like is None else [f"the unexplained residual looks like {self.looks_like.text}"]
         left_open = allowing(self)
         return (score, *dependence, *([left_open] if left_open else []))
+
+
+@in_float64
+def extended_model(diagnosis: Diagnosis) -> Model:
+    """The motor of `diagnosis` with the effects that were named, fitted to the whole recording."""
+    fit, linear, covariance = diagnosis.fit, diagnosis.motor.linear, diagnosis.covariance
+    values = [float(linear.gain), float(linear.pole)]
+    lag = float(getattr(linear, "electrical_time_constant", 0.0))
+    if lag > SHORTEST_LAG_S:
+        # Whoever draws motors from the covariance draws the lag's logarithm.
+        shrink = np.array([1.0, 1.0, min(1.0, lag / max(float(np.sqrt(covariance[2, 2])), 1e-300))])
+        values, covariance = [*values, lag], covariance * np.outer(shrink, shrink)
+    return Model(
+        linear_motor(values),
+        covariance[: len(values), : len(values)],
+        0.0,
+        fit.period_s,
+        diagnosis.recording,
+        frozenset(fit.fingerprints),
+        fit.source,
+        tuple(to_numpy(found.effect) for found in diagnosis.effects),
+        tuple(found.standard_error for found in diagnosis.effects),
+        fit.frequency_response,
+        viscous_share=float(diagnosis.motor.viscous_share),
+        joint=_joint(diagnosis, len(values)) if diagnosis.effects else None,
+        rig=fit.rig,
+        average=diagnosis.average,
+    )
+
+
+def _joint(diagnosis: Diagnosis, order: int) -> Joint | None:
+    """Of what the model has: without a lag that is none, and without a viscous share of nothing."""
+    effects = names_of([found.effect for found in diagnosis.effects])
+    share = [SHARE] if float(diagnosis.motor.viscous_share) else []
+    joint = diagnosis.joint.of([*KEYS[:order], *share, *effects])
+    return joint if joint.names[:order] == KEYS[:order] else None

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from jaxmotor.diagnosis._diagnosis import BeforeAfter, Intervals
+from jaxmotor.diagnosis._before_after import BeforeAfter, Intervals
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, Found
 from jaxmotor.diagnosis._free import without_effect
 from jaxmotor.diagnosis._score import Scored, chi2_interval, scored, speed_intervals

@@ -4,7 +4,9 @@ import dataclasses
 from typing import Any
 
 from jaxmotor._json import plain
-from jaxmotor.diagnosis._diagnosis import BeforeAfter, Diagnosis, FoundEffect
+from jaxmotor.diagnosis._before_after import BeforeAfter
+from jaxmotor.diagnosis._diagnosis import Diagnosis
+from jaxmotor.diagnosis._found_effect import FoundEffect
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.diagnosis._loops import LoopGain
 from jaxmotor.diagnosis._residual_dependence import Dependence

@@ -6,9 +6,9 @@ import math
 import numpy as np
 
 from jaxmotor.diagnosis._certainty import OF_FAMILY, of_name
-from jaxmotor.diagnosis._diagnosis import Alternative, FoundEffect
 from jaxmotor.diagnosis._errors import differs, effect_errors
 from jaxmotor.diagnosis._found import NONE, Explained, Found, Named
+from jaxmotor.diagnosis._found_effect import Alternative, FoundEffect
 from jaxmotor.diagnosis._held_out import HeldOut
 from jaxmotor.diagnosis._moments import moment_error
 from jaxmotor.diagnosis._parallel import side_by_side
