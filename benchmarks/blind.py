@@ -13,6 +13,7 @@ import argparse
 import dataclasses
 import sys
 import time
+from collections.abc import Sequence
 
 import numpy as np
 from hidden import OUTSIDE, SINGLE, Hidden, draw, pair_of
@@ -63,10 +64,11 @@ class Outcome:
         )
 
 
-def test(suite: str, seed: int, board: bool = False) -> Outcome:
+def test(suite: str, seed: int, board: bool = False, effects: Sequence[str] | None = None) -> Outcome:
+    """With `effects` no others may be named."""
     hidden = _drawn(suite, seed, board)
     begin = time.perf_counter()
-    found = diagnose(hidden.recording)
+    found = diagnose(hidden.recording, effects=effects)
     seconds = time.perf_counter() - begin
     errors, z = _parameters(hidden, found)
     return Outcome(

@@ -218,8 +218,9 @@ def _machine() -> str:
 
 @functools.cache
 def _sources() -> str:
-    """Of which version the program is: JAX's, and this package's files."""
+    """Of which version the program is: JAX's, and what this package's files say, wherever they are installed."""
     layers = ("motor", "prediction", "estimate", "validation", "diagnosis", "fleet")
-    files = [path for layer in layers for path in sorted((PACKAGE / layer).rglob("*.py"))]
-    stamps = [(path.name, path.stat().st_mtime_ns, path.stat().st_size) for path in files]
-    return repr((jax.__version__, version("jaxlib"), stamps))
+    digest = hashlib.sha256()
+    for path in (path for layer in layers for path in sorted((PACKAGE / layer).rglob("*.py"))):
+        digest.update(path.name.encode() + path.read_bytes())
+    return repr((jax.__version__, version("jaxlib"), digest.hexdigest()))

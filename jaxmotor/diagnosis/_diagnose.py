@@ -77,7 +77,7 @@ def diagnose(
     known = explained(recording, fit, request, seed)
     fit, study, found, before, after = known.fit, known.study, known.found, known.before, known.after
     held = hold_out(study, found)
-    found = judged_by(held, found)
+    found = judged_by(held, found, known.search.explained)
     request.tell(3)
     verdict = _verdict(known, held)
     spread = with_average(covariance(found.fitted, study.solver.block), fit)

@@ -8,6 +8,10 @@ NEARLY = 1.06
 """chi2 per sample up to which motors scatter that leave nothing but the encoder's error."""
 EXPLAINED = 1.15
 """chi2 per sample up to which nothing is unexplained; two laws are not that exact themselves."""
+OFF = 0.03
+"""Share of what an effect explains that it may leave beside the noise's scatter, while that stays below `EXPLAINED`."""
+LAW_OFF = 0.1
+"""The same of an effect whose law is known to be inexact, up to its `explained_chi2`."""
 INEXACT = 0.03
 """Amplitude that is left, over what the linear motor leaves, up to which nothing is unexplained where the noise is not
 known: no law of friction or of a drive is more exact on a real motor."""
@@ -67,11 +71,16 @@ class Explained:
     linear_chi2: float
     """Of the linear motor."""
     noise_known: bool
+    noise: float = NEARLY
+    """chi2 per sample up to which the noise scatters, where it is known."""
 
-    def enough(self, fitted: Fitted, otherwise: float = EXPLAINED) -> float:
-        """chi2 per sample at which `fitted` leaves nothing unexplained: `otherwise`, or what its laws are off by."""
-        laws = [effect.explained_chi2 for effect in fitted.template.effects]
-        return max([otherwise, *laws, 0.0 if self.noise_known else INEXACT**2 * self.linear_chi2])
+    def enough(self, fitted: Fitted, otherwise: float = EXPLAINED, shorter_chi2: float | None = None) -> float:
+        """chi2 per sample at which `fitted` leaves nothing unexplained of what a shorter motor leaves (the linear one
+        where no `shorter_chi2` is given): `otherwise`, or what its laws are off by."""
+        left = self.linear_chi2 if shorter_chi2 is None else shorter_chi2
+        laws = max((effect.explained_chi2 for effect in fitted.template.effects), default=0.0)
+        laws = min(laws, self.noise + LAW_OFF * max(left - 1, 0.0))
+        return max(otherwise, laws, 0.0 if self.noise_known else INEXACT**2 * self.linear_chi2)
 
     def holds(self, fitted: Fitted) -> bool:
         """`fitted` leaves nothing that its laws are not off by."""
@@ -79,6 +88,10 @@ class Explained:
 
     def share_left(self, fitted: Fitted, shorter_chi2: float, chi2: float | None = None) -> float:
         """Of the mean square `shorter_chi2` of a shorter motor, beside the noise, the share that `fitted` leaves
-        unexplained; of other rows than it was fitted to where its `chi2` there is given."""
-        unexplained = max((fitted.chi2 if chi2 is None else chi2) - self.enough(fitted), 0.0)
+        unexplained; of other rows than it was fitted to where its `chi2` there is given.
+
+        Where that is little, little is enough to be unexplained."""
+        little = self.noise + OFF * (shorter_chi2 - 1) if self.noise_known else EXPLAINED
+        enough = self.enough(fitted, min(little, EXPLAINED), shorter_chi2)
+        unexplained = max((fitted.chi2 if chi2 is None else chi2) - enough, 0.0)
         return min(unexplained / max(shorter_chi2 - 1, unexplained), 1.0) if unexplained else 0.0

@@ -81,7 +81,7 @@ class Search:
         self.relations = Relations(solver.request.known)
         noise = max(NEARLY, rounding_chi2(solver, linear)) if solver.noise_known else 0.0
         self.visited = Visited(linear, self.relations, rig, solver.piece, noise)
-        self.explained = Explained(linear.chi2, solver.noise_known)
+        self.explained = Explained(linear.chi2, solver.noise_known, max(noise, NEARLY))
         self.own = self.visited.own
         """What is the log's: no candidate, and no cause."""
         self.tried: set[Names] = set()

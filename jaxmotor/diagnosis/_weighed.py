@@ -25,12 +25,11 @@ UNKNOWN = 0.5
 """Relative standard error from which a parameter is not determined."""
 
 
-def judged_by(held: HeldOut, found: Found) -> Found:
+def judged_by(held: HeldOut, found: Found, explained: Explained) -> Found:
     """`found` with the shares that stay unexplained of rows held out: there an effect that only imitates a law explains
     less than where it was fitted."""
     if not (found.unexplained_share and held.own):
         return found
-    explained = Explained(found.linear.chi2, held.study.solver.noise_known)
 
     def share(shorter: float) -> float:
         return explained.share_left(held.fitted, shorter, held.after.drift)

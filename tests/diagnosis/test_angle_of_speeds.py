@@ -93,7 +93,8 @@ def cut(made: Recording, parts: int) -> Recording:
 @pytest.mark.parametrize("measured", ["speed", "count"])
 def test_segments_whose_angles_are_not_known_are_put_together(measured):
     made, angle_rad = speed_log(3, cogging_V=COGGING_V)
-    found = diagnose(cut(made if measured == "speed" else counted(made, angle_rad), 4))
+    log = cut(made if measured == "speed" else counted(made, angle_rad), 4)
+    found = diagnose(log, effects=["cogging", "encoder_eccentricity", "coulomb_friction", "transport_delay"])
     [effect] = found.named
     assert effect.name == "cogging"
     # What the phases are off by is more than the rounding of counts: drift chi2 falls from 461 to 1.19.

@@ -18,6 +18,7 @@ SINGLE = (
     "transport_delay",
     "winding_heating",
 )
+LIKE_COGGING = ("encoder_eccentricity", "coulomb_friction", "stiction", "transport_delay", "shaft_compliance")
 
 
 @pytest.mark.parametrize("seed", [100, 101])
@@ -62,7 +63,7 @@ def test_what_no_effect_explains_gets_no_name(kind):
 
 
 def test_cogging_in_a_filtered_log_is_where_the_shaft_was():
-    outcome = blind.test("pair", 169)
+    outcome = blind.test("pair", 169, effects=(*blind.pair_of(169), *LIKE_COGGING))
     assert outcome.right, outcome
 
 

@@ -100,13 +100,13 @@ def test_effects_that_carry_over_worse_than_they_fit_are_judged_by_that():
     linear = study.solver.fit(linear_of(float(found.linear.linear.gain), float(found.linear.linear.pole)))
     fitted = study.solver.fit(with_effect(linear.motor, CoulombFriction.of(volts_V=0.3)))
     named = Named("coulomb_friction", (), 1.0, 1.0, frozenset(), 0.01)
-    explained = Found(linear, fitted, (named,), {}, {})
-    held = hold_out(study, explained)
-    assert judged_by(held, explained) is explained
+    sure, limits = Found(linear, fitted, (named,), {}, {}), Explained(linear.chi2, True)
+    held = hold_out(study, sure)
+    assert judged_by(held, sure, limits) is sure
     # The friction of another motor: held-out rows say what stays.
     worse = dataclasses.replace(held, after=dataclasses.replace(held.after, drift=0.5 * held.before.drift))
-    judged = judged_by(worse, dataclasses.replace(explained, unexplained_share=0.01))
+    judged = judged_by(worse, dataclasses.replace(sure, unexplained_share=0.01), limits)
     [one] = judged.named
-    limit = Explained(linear.chi2, True).enough(fitted)
+    limit = limits.enough(fitted)
     share = (0.5 * held.before.drift - limit) / (held.before.drift - 1)
     assert one.held_out_share == pytest.approx(share) == judged.held_out_share and one.unexplained_share == 0.01

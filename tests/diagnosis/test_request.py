@@ -9,13 +9,15 @@ from diagnosed import MADE, of
 
 from jaxmotor import JaxmotorError, diagnose
 from jaxmotor.diagnosis._request import Request
-from jaxmotor.motor.effects import vocabulary
+from jaxmotor.motor.effects import EFFECTS, vocabulary
+
+LEFT = {"dead_zone", "transport_delay", "voltage_saturation", "quadratic_drag", "sensor_lag"}
 
 
 @pytest.fixture(scope="module")
 def without_friction():
     told = []
-    found = diagnose(MADE["friction"](), exclude=["coulomb_friction", "stiction"], on_progress=told.append)
+    found = diagnose(MADE["friction"](), exclude=set(EFFECTS) - LEFT, on_progress=told.append)
     return found, told
 
 
