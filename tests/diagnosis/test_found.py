@@ -44,8 +44,8 @@ def test_where_little_is_to_be_explained_little_may_be_left():
 
 @pytest.mark.usefixtures("x64")
 def test_a_law_that_is_inexact_is_not_so_for_all_that_there_is():
-    loose = leaving(1.4)
-    loose = dataclasses.replace(loose, template=with_effect(loose.template, Backlash.of(gap_rad=0.01, inertia_ratio=0.1)))
+    loose, gap = leaving(1.4), Backlash.of(gap_rad=0.01, inertia_ratio=0.1)
+    loose = dataclasses.replace(loose, template=with_effect(loose.template, gap))
     much, little = Explained(20.0, noise_known=True), Explained(1.44, noise_known=True)
     assert much.holds(loose) and much.share_left(loose, 20.0) == 0.0
     assert not little.holds(loose)
