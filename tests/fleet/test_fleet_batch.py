@@ -82,7 +82,7 @@ def test_a_dead_zone_is_told_from_friction(monkeypatch):
     def both(volts, gain, pole, friction):
         return with_friction(np.sign(volts) * np.maximum(np.abs(volts) - 0.3, 0), gain, pole, friction)
 
-    monkeypatch.setattr("made.with_friction", both)
+    monkeypatch.setattr("testing.made.with_friction", both)
     motors = [ready(recording(40, friction=0.15))]
     [fit] = fit_friction(motors, identify_batch(motors))
     assert fit is not None and fit.chi2_per_sample < 1.05
