@@ -2,6 +2,7 @@
 
 import importlib
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import jaxmotor
+from jaxmotor import _programs
 from jaxmotor.bench._journal import Journal
 
 BUNDLED = Path(jaxmotor.__file__).parent / "recording" / "bundled"
@@ -64,6 +66,16 @@ def test_all_but_recording_works_where_files_cannot_be_locked(tmp_path, monkeypa
     monkeypatch.setitem(sys.modules, "fcntl", None)
     with pytest.raises(jaxmotor.JaxmotorError, match="needs the file locks of Linux or macOS"):
         Journal(tmp_path / "m.csv.part")
+
+
+def test_a_copy_of_the_package_has_the_same_programs_until_it_is_changed(tmp_path, monkeypatch):
+    own = _programs._sources()
+    shutil.copytree(_programs.PACKAGE, tmp_path / "copy", copy_function=shutil.copyfile)
+    monkeypatch.setattr(_programs, "PACKAGE", tmp_path / "copy")
+    assert _programs._sources.__wrapped__() == own
+    with open(tmp_path / "copy" / "motor" / "_motor.py", "a") as file:
+        file.write("# changed\n")
+    assert _programs._sources.__wrapped__() != own
 
 
 def test_kept_programs_serve_the_next_session(tmp_path):

@@ -183,7 +183,10 @@ class Diagnosis(Shown):
 
 @in_float64
 def extended_model(diagnosis: Diagnosis) -> Model:
-    """The motor of `diagnosis` with the effects that were named, fitted to the whole recording."""
+    """The motor of `diagnosis` with the effects that were named, fitted to the whole recording.
+
+    Its `covariance` (p, p) is of gain [rad/s/V], pole [rad/s] and, where the motor has one, L/R [s].
+    """
     fit, linear, covariance = diagnosis.fit, diagnosis.motor.linear, diagnosis.covariance
     values = [float(linear.gain), float(linear.pole)]
     lag = float(getattr(linear, "electrical_time_constant", 0.0))
