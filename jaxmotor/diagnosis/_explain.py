@@ -92,14 +92,14 @@ def _searched(
     """
     first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
     study, linear = _linear(recording, fit, first, request)
-    sought = not (is_stated(recording) or study.timed or (fit.average and not fit.average.is_fitted))
+    sought = not (is_stated(recording) or study.timed or (fit.average and fit.average.rows is not None))
     if sought and earlier is None and linear.chi2 > EXPLAINED:
         earlier = _with_window(recording, fit, first, linear, request, seed)
         fit = dataclasses.replace(fit, average=_average(earlier, fit, linear) or fit.average)
         study, linear = _linear(recording, fit, first, request)
     now = _begun(fit, study, linear, first, request, seed)
     now = now._replace(found=_resumed(now, earlier) or _extended(now, seed))
-    if sought and now.found.named and fit.average is not None:
+    if sought and now.found.named and fit.average is not None and fit.average.is_fitted:
         better, moved = window_beside(recording, now.found.fitted, fit.average, request)
         fit = dataclasses.replace(fit, average=better)
         if moved and rounds < ROUNDS:
@@ -130,7 +130,7 @@ def _with_window(
     recording: Recording, fit: Fit, first: Motor, linear: Fitted, request: Request, seed: int
 ) -> _Searched:
     """What a search finds where each motor has a window of the speeds, too."""
-    study, averaged = beside_window(recording, linear, fit.average, request)
+    study, averaged = beside_window(recording, linear, _window_of(fit), request)
     first = with_window(first, window_s(averaged))
     now = _begun(fit, study, averaged, first, request, seed)
     return now._replace(found=_extended(now, seed))
@@ -140,8 +140,14 @@ def _average(searched: _Searched, fit: Fit, linear: Fitted) -> SpeedAverage | No
     """The window of the speeds, if it is one; of a linear motor, if `fit` has none and it takes up half of what the
     `linear` one leaves."""
     fitted = searched.found.fitted
-    takes_up = searched.found.named or (fit.average is None and fitted.chi2 < HALF * linear.chi2)
+    takes_up = searched.found.named or (_window_of(fit) is None and fitted.chi2 < HALF * linear.chi2)
     return average_of(searched.study, fitted) if takes_up and is_window(searched.study, fitted) else None
+
+
+def _window_of(fit: Fit) -> SpeedAverage | None:
+    """The window that `identify` fitted. A filter that it saw may be the motor's: a lag, or what a window leaves of a
+    motor with effects."""
+    return fit.average if fit.average is not None and fit.average.is_fitted else None
 
 
 def _extended(now: _Searched, seed: int) -> Found:

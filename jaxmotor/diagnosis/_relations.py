@@ -59,6 +59,13 @@ class Relations:
         own = [type(effect) for effect in effects]
         return {name for name, other in self.known.items() if any(excluded(one, other) for one in own)}
 
+    def one_name(self, names: Iterable[str]) -> frozenset[str]:
+        """`names` of effects, each law by the first one that it has."""
+        return frozenset(next((one for one in self.known if self._same(one, name)), name) for name in names)
+
+    def _same(self, one: str, other: str) -> bool:
+        return one == other or (other in self.known and is_same(self.known[one], self.known[other]))
+
     def is_told(self, name: str, others: Iterable[str]) -> bool:
         """One of `others` is the same law as the effect `name`."""
         return any(is_same(self.known[name], self.known[other]) for other in others)

@@ -91,9 +91,13 @@ class Visited:
         return float(with_it / without)
 
     def best(self) -> Fitted:
-        """The most probable one."""
+        """The most probable one: of one law by two names the sum of both counts."""
         weight = self.weights()
-        return self.fitted[max(weight, key=lambda names: weight[names])]
+        of_law: dict[Names, float] = {}
+        for names, own in weight.items():
+            law = self.relations.one_name(names)
+            of_law[law] = of_law.get(law, 0.0) + own
+        return self.fitted[max(weight, key=lambda names: (of_law[self.relations.one_name(names)], weight[names]))]
 
     def without(self, effects: Collection[str]) -> list[Fitted]:
         """Those that have none of these `effects`, the most probable first."""

@@ -21,18 +21,22 @@ from jaxmotor.motor.effects import LEARNED, OF_LOG, AbstractEffect, AbstractLear
 ALTERNATIVES = 4
 FAR = 2.0
 """Times chi2 of the best motor, above which nobody asks how much worse another one is, exactly."""
+SCATTERS = 2.0
+"""Standard deviations of chi2 per sample that rows held out may have beside the noise."""
 UNKNOWN = 0.5
 """Relative standard error from which a parameter is not determined."""
 
 
 def judged_by(held: HeldOut, found: Found, explained: Explained) -> Found:
     """`found` with the shares that stay unexplained of rows held out: there an effect that only imitates a law explains
-    less than where it was fitted."""
-    if not (found.unexplained_share and held.own):
+    less than where it was fitted. Where the noise is estimated they are asked for only if something of the fitted rows
+    stays unexplained, too."""
+    if not held.own or not (found.unexplained_share or explained.noise_known):
         return found
+    scatter = SCATTERS * math.sqrt(2 / len(held.test.cells)) if explained.noise_known else 0.0
 
     def share(shorter: float) -> float:
-        return explained.share_left(held.fitted, shorter, held.after.drift)
+        return explained.share_left(held.fitted, shorter, held.after.drift - scatter)
 
     named = tuple(dataclasses.replace(one, held_out_share=share(held.without(one.name))) for one in found.named)
     return dataclasses.replace(found, named=named, held_out_share=share(held.before.drift))

@@ -4,10 +4,11 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from speed_logs import speed_log
 from test_search import FRICTION_V, GAIN, PERIOD_S, POLE, noisy_log
 
-from jaxmotor import diagnose
+from jaxmotor import diagnose, identify
 from jaxmotor.diagnosis import extended_model, to_json
 from jaxmotor.diagnosis._free import linear_of, with_effect
 from jaxmotor.diagnosis._request import Request
@@ -15,7 +16,7 @@ from jaxmotor.diagnosis._study import study_of
 from jaxmotor.diagnosis._window import window_beside
 from jaxmotor.estimate import SpeedAverage, stated
 from jaxmotor.motor.effects import TransportDelay
-from jaxmotor.recording import Segment
+from jaxmotor.recording import Recording, Segment
 
 
 @pytest.mark.parametrize(("seen", "seed"), [("window", 1), ("filter", 2)])
@@ -69,6 +70,49 @@ def test_a_window_is_found_again_beside_the_delay_that_makes_up_for_what_it_lack
     study = study_of(stated(log, again), POLE)
     alone, _ = window_beside(log, study.solver.fit(linear_of(GAIN, POLE)), again, Request())
     assert abs(alone.length_s - 5 * PERIOD_S) < 3 * alone.standard_error_s < 0.03 * 5 * PERIOD_S
+
+
+FAST_POLE, SPRING_RAD_S, DAMPING, INERTIA_RATIO = 25.0, 33.0, 0.06, 0.3
+"""Of the motor without its load [rad/s]; of the load with the motor held; its inertia over the motor's."""
+
+
+def springy_log(seed: int, rows: int, size: int = 1200) -> Recording:
+    """A load on a spring behind the motor; means over `rows` rows, in a header that does not say so."""
+    rng = np.random.default_rng(seed)
+    lengths = rng.integers(3, 40, size)
+    volts = np.concatenate([[0.0], np.repeat(rng.uniform(-5, 5, size), lengths)])[:size]
+    spring, damper = SPRING_RAD_S**2 * INERTIA_RATIO, 2 * DAMPING * SPRING_RAD_S * INERTIA_RATIO
+    # Of the motor's speed, the load's, the angle between them, the motor's and the voltage.
+    rates = np.array(
+        [
+            [-FAST_POLE - damper, damper, -spring, 0, GAIN * FAST_POLE],
+            [damper / INERTIA_RATIO, -damper / INERTIA_RATIO, spring / INERTIA_RATIO, 0, 0],
+            [1, -1, 0, 0, 0],
+            [1, 0, 0, 0, 0],
+            [0, 0, 0, 0, 0],
+        ]
+    )
+    step, state, angle = expm(rates * PERIOD_S)[:4], np.zeros(4), np.zeros(size + rows)
+    for k, volt in enumerate(volts[:-1]):
+        state = step @ np.append(state, volt)
+        angle[rows + k + 1] = state[3]
+    read = (angle[rows:] - angle[:-rows]) / (rows * PERIOD_S)
+    read = read + 0.01 * read.std() * rng.standard_normal(size)
+    segment = Segment("other", 0.0, True, {}, np.arange(size) * PERIOD_S, volts, tick=np.arange(size), speed_rad_s=read)
+    return Recording((segment,), "springy", PERIOD_S, supply_V=5.0)
+
+
+def test_a_window_beside_a_spring_is_a_window_though_a_linear_motor_shows_a_filter():
+    log = springy_log(1, 5)
+    alone = identify(log).average
+    assert alone is not None and alone.kind == "filter"
+    found = diagnose(log, effects=["shaft_compliance", "electrical_pole", "sensor_lag", "transport_delay"])
+    [spring] = found.effects
+    assert spring.name == "shaft_compliance" and found.verdict == "extended"
+    assert spring.parameters["frequency_Hz"] == pytest.approx(SPRING_RAD_S / (2 * np.pi), rel=0.01)
+    assert spring.parameters["inertia_ratio"] == pytest.approx(INERTIA_RATIO, rel=0.05)
+    assert found.average is not None and found.average.kind == "window"
+    assert found.average.length_s == pytest.approx(5 * PERIOD_S, rel=0.02)
 
 
 def test_windows_longer_than_segments_are_not_tried():

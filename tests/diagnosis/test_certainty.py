@@ -102,11 +102,14 @@ def test_effects_that_carry_over_worse_than_they_fit_are_judged_by_that():
     named = Named("coulomb_friction", (), 1.0, 1.0, frozenset(), 0.01)
     sure, limits = Found(linear, fitted, (named,), {}, {}), Explained(linear.chi2, True)
     held = hold_out(study, sure)
-    assert judged_by(held, sure, limits) is sure
+    assert judged_by(held, sure, limits).named[0].held_out_share == 0.0
+    estimated = dataclasses.replace(limits, noise_known=False)
+    assert judged_by(held, sure, estimated) is sure
     # The friction of another motor: held-out rows say what stays.
     worse = dataclasses.replace(held, after=dataclasses.replace(held.after, drift=0.5 * held.before.drift))
-    judged = judged_by(worse, dataclasses.replace(sure, unexplained_share=0.01), limits)
-    [one] = judged.named
-    limit = limits.enough(fitted)
+    limit = limits.enough(fitted) + 2 * np.sqrt(2 / len(held.test.cells))
     share = (0.5 * held.before.drift - limit) / (held.before.drift - 1)
-    assert one.held_out_share == pytest.approx(share) == judged.held_out_share and one.unexplained_share == 0.01
+    for unexplained in (0.01, 0.0):
+        judged = judged_by(worse, dataclasses.replace(sure, unexplained_share=unexplained), limits)
+        [one] = judged.named
+        assert one.held_out_share == pytest.approx(share) == judged.held_out_share and one.unexplained_share == 0.01

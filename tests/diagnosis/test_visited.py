@@ -1,0 +1,42 @@
+"""The most probable of the models that were fitted."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from test_evidence import linear_fit
+
+from jaxmotor.diagnosis._free import with_effect
+from jaxmotor.diagnosis._relations import Relations
+from jaxmotor.diagnosis._visited import Visited
+from jaxmotor.motor.effects import Rig, vocabulary
+
+RIG = Rig(5.0, (1.0, 3.0), 50.0, 0.01, 60.0, True)
+
+
+def best_of(weights):
+    """The effects of the best of motors with those of each key, which have these weights."""
+    linear, _, _ = linear_fit(np.random.default_rng(1))
+    visited = Visited(linear, Relations(vocabulary()), RIG, np.zeros(600, int))
+    visited.fitted = {}
+    for names in weights:
+        motor = linear.motor
+        for name in names:
+            motor = with_effect(motor, vocabulary()[name].start())
+        visited.fitted[frozenset(names)] = dataclasses.replace(linear, template=motor)
+    visited._weights = {frozenset(names): weight for names, weight in weights.items()}
+    return visited.best().names
+
+
+@pytest.mark.usefixtures("x64")
+def test_a_law_with_two_names_is_no_less_likely_for_that():
+    two, curve = [("voltage_offset", "cogging"), ("load_torque", "cogging")], ("torque_over_angle",)
+    assert best_of({curve: 0.4, two[0]: 0.32, two[1]: 0.28}) == two[0]
+    assert best_of({curve: 0.4, two[0]: 0.28, two[1]: 0.32}) == two[1]
+    assert best_of({curve: 0.7, two[0]: 0.16, two[1]: 0.14}) == curve
+
+
+@pytest.mark.usefixtures("x64")
+def test_laws_that_are_merely_as_good_are_not_one():
+    weights = {("torque_over_speed",): 0.4, ("coulomb_friction",): 0.3, ("voltage_offset",): 0.3}
+    assert best_of(weights) == ("torque_over_speed",)
