@@ -91,13 +91,16 @@ class Visited:
         return float(with_it / without)
 
     def best(self) -> Fitted:
-        """The most probable one: of one law by two names the sum of both counts."""
+        """The most probable one; laws with two names in the place of a curve if both together are."""
         weight = self.weights()
-        of_law: dict[Names, float] = {}
-        for names, own in weight.items():
-            law = self.relations.one_name(names)
-            of_law[law] = of_law.get(law, 0.0) + own
-        return self.fitted[max(weight, key=lambda names: (of_law[self.relations.one_name(names)], weight[names]))]
+        best = max(weight, key=lambda names: weight[names])
+        laws = [names for names in weight if not names & LEARNED.keys()]
+        if best & LEARNED.keys() and laws:
+            law = max(laws, key=lambda names: weight[names])
+            one = self.relations.one_name(law)
+            if sum(weight[names] for names in laws if self.relations.one_name(names) == one) > weight[best]:
+                best = law
+        return self.fitted[best]
 
     def without(self, effects: Collection[str]) -> list[Fitted]:
         """Those that have none of these `effects`, the most probable first."""

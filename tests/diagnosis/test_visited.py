@@ -40,3 +40,5 @@ def test_a_law_with_two_names_is_no_less_likely_for_that():
 def test_laws_that_are_merely_as_good_are_not_one():
     weights = {("torque_over_speed",): 0.4, ("coulomb_friction",): 0.3, ("voltage_offset",): 0.3}
     assert best_of(weights) == ("torque_over_speed",)
+    weights = {("coulomb_friction",): 0.4, ("voltage_offset",): 0.3, ("load_torque",): 0.3}
+    assert best_of(weights) == ("coulomb_friction",)
