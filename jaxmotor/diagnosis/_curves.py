@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from jaxmotor._precision import to_jax
+from jaxmotor.diagnosis._curve_columns import columns_of, visited
 from jaxmotor.diagnosis._errors import covariance, slopes_of
 from jaxmotor.diagnosis._found import Found
 from jaxmotor.diagnosis._free import OWN
@@ -60,17 +60,17 @@ def law_of(
     """The learned effect `name` of `fitted`, whose free numbers have the covariance `spread`, as a curve over what
     `trial` visits; `share` [1] and `gain` are those of `LearnedLaw`."""
     effect, begin = _found(fitted, name)
-    visited = _visited(trial, effect)
-    low, high = (0.0, 2 * np.pi) if effect.coordinate == "angle" else np.quantile(visited, [EDGE, 1 - EDGE])
+    places = visited(trial, effect)
+    low, high = (0.0, 2 * np.pi) if effect.coordinate == "angle" else np.quantile(places, [EDGE, 1 - EDGE])
     at = np.linspace(low, high, POINTS)
-    columns = _columns(effect, at)
+    columns = columns_of(effect, at)
     slopes = slopes_of(effect, begin, len(spread))
     terms = [key for key, about in parameters(effect).items() if about["kind"] == "term"]
     free = np.stack([slopes[key] for key in terms])
     known = np.where(np.isfinite(spread), spread, 0.0)
     covariance = columns @ (free @ known @ free.T) @ columns.T
     volts = columns @ np.array([float(getattr(effect, key)) for key in terms])
-    weight = np.maximum(np.histogram(visited, POINTS, (low, high))[0] / (len(visited) / POINTS), RARE)
+    weight = np.maximum(np.histogram(places, POINTS, (low, high))[0] / (len(places) / POINTS), RARE)
     like = resemblances(effect.coordinate, at, volts, weight, covariance)
     error = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return LearnedLaw(effect.coordinate, at, volts, error, share, gain, like)
@@ -84,26 +84,3 @@ def _found(fitted: Fitted, name: str) -> tuple[AbstractLearnedEffect, int]:
             return effect, begin
         begin += free_size(effect)
     raise ValueError(f"the motor has no learned {name}")
-
-
-def _columns(effect: AbstractLearnedEffect, at: np.ndarray) -> Float[np.ndarray, "n k"]:
-    """What each term of size one adds at places `at` (n,) [V]."""
-    ranges = {key: float(getattr(effect, key)) for key, about in parameters(effect).items() if about["kind"] == "range"}
-    terms = [key for key, about in parameters(effect).items() if about["kind"] == "term"]
-    places = to_jax(at)
-    return np.stack([np.asarray(type(effect).start(**ranges, **{key: 1.0}).adds(places)) for key in terms], axis=1)
-
-
-def _visited(trial: Trial, effect: AbstractLearnedEffect) -> np.ndarray:
-    """(n,) places of the effect's coordinate in the rows of `trial`."""
-    log, valid = trial.measured_log, trial.valid
-    used = int(np.asarray(log.used))
-    match effect.coordinate:
-        case "speed":
-            return np.asarray(log.speed)[:used]
-        case "voltage":
-            return np.asarray(trial.problem.batch.volts)[valid]
-        case "angle":
-            return np.mod(np.asarray(trial.angle)[valid], 2 * np.pi)
-        case "time":
-            return np.asarray(trial.time)[valid]

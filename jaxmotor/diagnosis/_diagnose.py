@@ -24,6 +24,7 @@ from jaxmotor.diagnosis._held_out import HeldOut, before_after, hold_out
 from jaxmotor.diagnosis._input_convention import is_applied_until_row
 from jaxmotor.diagnosis._joint import joint_covariance
 from jaxmotor.diagnosis._left_open import left_open, moves
+from jaxmotor.diagnosis._level import with_convention
 from jaxmotor.diagnosis._loops import loop_gains
 from jaxmotor.diagnosis._request import Asked, Progress, Request
 from jaxmotor.diagnosis._solve import Fitted
@@ -80,11 +81,12 @@ def diagnose(
     found = judged_by(held, found, known.search.explained)
     request.tell(3)
     verdict = _verdict(known, held)
-    spread = with_average(covariance(found.fitted, study.solver.block), fit)
+    level = with_average(covariance(found.fitted, study.solver.block), fit)
+    spread = with_convention(level, study.solver, found.fitted)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
     every, timing = found_effects(study, held, found, spread), timing_of(found.fitted, spread)
-    laws = learned_laws(known.search, found, held, spread, study.solver.block, partial=verdict == "unexplained")
+    laws = learned_laws(known.search, found, held, level, study.solver.block, partial=verdict == "unexplained")
     every = tuple(dataclasses.replace(one, curve=laws.get(one.name)) for one in every)
     causes = tuple(one for one in every if not isinstance(one.effect, AbstractDisturbance))
     indistinguishable = indistinguishable_motors(found, every)

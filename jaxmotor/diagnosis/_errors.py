@@ -1,9 +1,9 @@
 """Standard errors that do not rest on the model being perfect.
 
-With H = JᵀJ + vP (P the prior's precision, v the variance that it is weighed against) and g_c the sum of Jᵀr over
-block c of the recording, the covariance is the larger, parameter by parameter, of H⁻¹ (residuals independent, of unit
-variance; a law's `unlikeness` makes it more) and of the sandwich H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + v²P) H⁻¹ (only blocks are
-independent) [White 1980; Liang and Zeger 1986].
+With H = JᵀJ + vP (P the precision of priors and ties, v the variance that it is weighed against) and g_c the sum of
+Jᵀr over block c of the recording, the covariance is the larger, parameter by parameter, of H⁻¹ (residuals independent,
+of unit variance; a law's `unlikeness` makes it more) and of the sandwich H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + v²P) H⁻¹ (only
+blocks are independent) [White 1980; Liang and Zeger 1986].
 """
 
 import math
@@ -26,6 +26,8 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     known = np.isfinite(fitted.jacobian).all(axis=0)
     jacobian = np.where(known, fitted.jacobian, 0.0)
     prior = np.diag(1 / layout.spread**2)
+    if layout.ties is not None:
+        prior += layout.ties.T @ layout.ties
     bread = _inverse(jacobian.T @ jacobian + prior)
     used, index = np.unique(block, return_inverse=True)
     pulls = np.stack([np.bincount(index, column * fitted.residual) for column in jacobian.T], axis=1)

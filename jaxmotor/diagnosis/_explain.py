@@ -192,7 +192,9 @@ def _in_own_noise(known: _Searched) -> _Searched:
     if not found.named or study.packed.observation.floor_known or found.fitted.chi2 >= 1:
         return known
     quieter = study.quieter(found.fitted.chi2)
-    linear, fitted = (quieter.solver.fit(one.motor, one.speeds, FINE) for one in (found.linear, found.fitted))
+    linear, fitted = (
+        quieter.solver.fit(one.motor, one.speeds, FINE, ties=one.ties) for one in (found.linear, found.fitted)
+    )
     noise, before = quieter.packed.observation.noise, study.packed.observation.noise
     chi2 = known.fit.chi2_per_sample * (before.level / noise.level) ** 2
     return known._replace(

@@ -48,6 +48,8 @@ class Layout(NamedTuple):
     prior: np.ndarray
     spread: np.ndarray
     """Of the prior; infinite where there is none."""
+    ties: np.ndarray | None = None
+    """(r, p) rows whose product with the vector is to be zero, weighed; None where there are none."""
 
 
 def is_wide(effects: tuple[AbstractEffect, ...]) -> bool:

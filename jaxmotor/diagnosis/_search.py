@@ -5,6 +5,7 @@ candidate effects that score best are added in turn, the scores taken anew at th
 the largest weight is chosen; each of its effects then has to stand against the best alternatives in its place.
 """
 
+import dataclasses
 import functools
 import math
 from collections.abc import Callable
@@ -13,6 +14,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._found import COARSE, FINE, LEAST, NAMED, NEARLY, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
+from jaxmotor.diagnosis._level import is_as_likely, ties_of
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
 from jaxmotor.diagnosis._polish import polished
@@ -123,7 +125,7 @@ class Search:
                 break
             fitted = better
         fitted = self._known(self._likely(fitted))
-        named = tuple(self._named(fitted, name) for name in self._causes(fitted))
+        named = tuple(self._leveled(self._named(fitted, name)) for name in self._causes(fitted))
         last = self._refined(fitted) if named else self.linear
         share = self.explained.share_left(last, self.linear.chi2)
         return Found(self.linear, last, named, self.visited.probabilities(), self.visited.families(), share)
@@ -393,8 +395,26 @@ class Search:
         return found
 
     def _refined(self, fitted: Fitted) -> Fitted:
-        fitted = self.solver.fit(fitted.motor, fitted.speeds, FINE)
+        fitted = self._level(fitted)
         return polished(self.solver, fitted, COARSE) if is_wide(fitted.template.effects) else fitted
+
+    def _level(self, fitted: Fitted) -> Fitted:
+        """`fitted` to the end; its curve over the speed without what others do as well, where that is so."""
+        free = self.solver.fit(fitted.motor, fitted.speeds, FINE)
+        ties = ties_of(self.solver.trial, free)
+        if ties is None:
+            return free
+        tied = self.solver.fit(free.motor, free.speeds, FINE, ties=ties)
+        return tied if is_as_likely(tied, free) else free
+
+    def _leveled(self, named: Named) -> Named:
+        """`named`, of whose alternatives those that are not told from it are level, too."""
+
+        def of(other: Fitted) -> Fitted:
+            equal = named.equal.intersection(other.names)
+            return self._level(other) if equal and ties_of(self.solver.trial, other) is not None else other
+
+        return dataclasses.replace(named, alternatives=tuple(side_by_side(of, named.alternatives)))
 
 
 def _names(motor: Motor) -> Names:

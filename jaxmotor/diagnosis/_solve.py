@@ -75,6 +75,8 @@ class Fitted:
     """The last step promised less than `tolerance`."""
     variance: float = 1.0
     """Of residuals that the priors were weighed against."""
+    ties: Float[np.ndarray, "r p"] | None = None
+    """`Layout.ties`"""
 
     @property
     def chi2(self) -> float:
@@ -91,7 +93,7 @@ class Fitted:
 
     @property
     def layout(self) -> Layout:
-        return layout_of(self.template.effects, self.variance)
+        return layout_of(self.template.effects, self.variance)._replace(ties=self.ties)
 
 
 class Solver:
@@ -192,6 +194,7 @@ class Solver:
         steps: int = STEPS,
         bar: float = math.inf,
         far: float = math.inf,
+        ties: Float[np.ndarray, "r p"] | None = None,
     ) -> Fitted:
         """From `motor` until a step promises less than `tolerance` of chi2 (of 1, where that is less), or `steps`; less
         than `ROUGH` of it while it is above `far`.
@@ -209,7 +212,8 @@ class Solver:
         converged, crawled, astray, gain = False, 0, 0, math.inf
         for number in range(steps):
             # What is left, and with it the weight of priors, changes as a fit goes on.
-            layout = layout_of(motor.effects, block_variance(at.projected, at.jacobian, self.block))
+            variance = block_variance(at.projected, at.jacobian, self.block)
+            layout = layout_of(motor.effects, variance)._replace(ties=ties)
             step = self._step(at, layout)
             square = square_of(at.residual)
             part = max(tolerance, ROUGH) if square > far * len(at.residual) else tolerance
@@ -241,6 +245,7 @@ class Solver:
             at.jacobian,
             converged,
             block_variance(at.projected, at.jacobian, self.block),
+            ties,
         )
 
     def _is_possible(self, motor: Motor, free: np.ndarray) -> bool:
@@ -259,6 +264,9 @@ class Solver:
         pull = (at.free - layout.prior) * weight
         normal = np.einsum("np,nq->pq", jacobian, jacobian) + np.diag(weight**2)
         right = -(np.einsum("np,n->p", jacobian, residual) + weight * pull)
+        if layout.ties is not None:
+            normal += layout.ties.T @ layout.ties
+            right -= layout.ties.T @ (layout.ties @ at.free)
         if not np.isfinite(normal).all() or not np.isfinite(right).all():
             return None
         low, high = layout.low - at.free, layout.high - at.free
@@ -384,4 +392,5 @@ def square_of(residual: np.ndarray) -> float:
 
 
 def _prior(free: np.ndarray, layout: Layout) -> float:
-    return float((((free - layout.prior) / layout.spread) ** 2).sum())
+    tied = 0.0 if layout.ties is None else square_of(layout.ties @ free)
+    return float((((free - layout.prior) / layout.spread) ** 2).sum()) + tied
