@@ -11,6 +11,7 @@ no wrong name. Learned: the curve that explains most of the rest, the share of i
 
 import argparse
 import dataclasses
+import math
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -42,7 +43,7 @@ RELATIVES = {
 EQUALS = {
     "voltage_offset": {"load_torque"},
     "load_torque": {"voltage_offset"},
-    "coulomb_friction": {"stiction"},
+    "coulomb_friction": {"stiction", "bristle_friction"},
     "electrical_pole": {"sensor_lag", "transport_delay"},
     "sensor_lag": {"electrical_pole", "transport_delay"},
 }
@@ -167,15 +168,17 @@ def _with_cogging(question: Question, found: Diagnosis) -> Question:
 
 
 def _beside_timing(question: Question, found: Diagnosis) -> Question:
-    """`question` without a delay that is told as the log's own: where the header does not state when rows are read, one
-    of less than half a row is the same as rows that are read as much before the voltage changes."""
-    timing = found.timing
-    if timing is None or "transport_delay" not in question.truth:
+    """`question` without a short delay or sensor lag that is told as the log's own: where the header does not state
+    when rows are read, less than half a row is the same as rows that are read as much before the voltage changes."""
+    timing, plant = found.timing, question.plant
+    if timing is None:
         return question
-    apart = abs(timing.offset_s + question.plant.delay_s)
-    if apart > 3 * timing.standard_error_s + TICK * question.rig.period_s:
-        return question
-    kinds = tuple(kind for kind in question.asked.kinds if kind != "transport_delay")
+
+    def is_told(kind: str) -> bool:
+        late = {"transport_delay": plant.delay_s, "sensor_lag": plant.filter_s}.get(kind, math.inf)
+        return abs(timing.offset_s + late) < 3 * timing.standard_error_s + TICK * question.rig.period_s
+
+    kinds = tuple(kind for kind in question.asked.kinds if not is_told(kind))
     return dataclasses.replace(question, asked=dataclasses.replace(question.asked, kinds=kinds))
 
 
