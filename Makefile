@@ -8,7 +8,8 @@ FAULTS := faults control_faults stop_reasons journal_damage firmware_fuzz
 
 TOOLCHAIN := gcc-avr avr-libc binutils-avr libsimavr-dev libelf-dev
 
-CHECKED := tests/recording tests/bench/test_encoder.py tests/docs/test_links.py tests/test_layers.py tests/test_sentences.py
+CHECKED := tests/recording tests/bench/test_encoder.py tests/docs/test_links.py tests/docs/test_constants.py \
+    tests/test_layers.py tests/test_sentences.py
 
 .PHONY: demo test check lint types bench faults docs firmware flash toolchain clean help
 .DEFAULT_GOAL := help

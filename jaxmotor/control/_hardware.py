@@ -8,7 +8,9 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate import AnyModel, ModelRig, model_of
 
 LONGEST_PERIOD_S = 1.0
+"""Longer ones are likely given in milliseconds."""
 FULL_SCALE, MOST_FULL_SCALE = 250, 32767
+"""Duty at full voltage, unless told, and at most."""
 
 
 @dataclasses.dataclass(frozen=True)

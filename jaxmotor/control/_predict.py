@@ -20,7 +20,9 @@ from jaxmotor.validation import Band, Interval, draw_motors, limits
 
 Loop = CountedSpeedLoop | CountedPositionLoop
 RUNS = 128
+"""Of which bands are made, unless told."""
 LEAST_RUNS = 40
+"""Fewer give no 95 % band."""
 TAIL = 0.25
 """Share of the ticks at the end that the steady state is the mean of."""
 

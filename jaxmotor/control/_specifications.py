@@ -13,6 +13,7 @@ from jaxmotor.motor import Motor
 RIPPLE = 0.05
 """Share of the supply by which the encoder's rounding may shake the voltage (standard deviation), by default."""
 OVERSHOOT_PERCENT = 5.0
+"""That a loop may have, unless told."""
 TINY = 1e-3
 """Overshoot [share] that counts as none."""
 

@@ -21,6 +21,7 @@ from jaxmotor.diagnosis._found import LEAST, NEARLY
 from jaxmotor.prediction import autoregression, k_steps, one_step
 
 BLOCKS = 30
+"""At most."""
 FEWEST_ROWS = 8
 """Of a block."""
 AHEAD = 20

@@ -21,6 +21,7 @@ noise: some law takes up a little of anything."""
 COARSE = 2e-4
 """Part of chi2 that a step of a fit must promise while effects are compared; `FINE` once they are chosen."""
 FINE = 1e-6
+"""Part of chi2 that a step of the last fit must promise."""
 NONE = "none"
 """In the place of an effect's name: the linear motor."""
 NAMED = 0.5

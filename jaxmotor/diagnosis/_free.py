@@ -28,9 +28,11 @@ from jaxmotor.motor.effects._base import OWN_LAG_S, AbstractLagEffect, AbstractL
 from jaxmotor.prediction import LAG_S
 
 VISCOUS_SHARE = (0.045, 0.02)
+"""Mean and spread of the share of the pole that is the rotor's viscous friction, of hobby motors."""
 NO_LAG_S = (0.0, 1e-9)
 """Mean and spread of L/R beside such an effect."""
 LAG_STEP_S = 3e-6
+"""Of L/R, over which residuals are differenced."""
 OWN = 4
 """Free numbers of the motor without effects."""
 

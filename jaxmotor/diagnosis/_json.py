@@ -16,6 +16,7 @@ from jaxmotor.prediction import noise_to_json
 from jaxmotor.validation import Interval
 
 FORMAT = 2
+"""Of the JSON."""
 
 
 def to_json(diagnosis: Diagnosis) -> dict[str, Any]:

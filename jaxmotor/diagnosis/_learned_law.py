@@ -10,6 +10,7 @@ from jaxmotor._numbers import with_error
 from jaxmotor.motor.effects import LearnedCoordinate
 
 HARMONICS = 12
+"""Of a turn that a curve over the angle may be like."""
 FASTEST = 8.0
 """Cycles of a sine over the whole recording that a curve over time can show."""
 SIZES = 24

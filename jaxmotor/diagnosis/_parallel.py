@@ -8,6 +8,7 @@ from typing import TypeVar
 from jaxmotor._precision import in_float64
 
 MOST = 4
+"""Threads."""
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 

@@ -21,9 +21,13 @@ BINNED: tuple[tuple[Coordinate, str], ...] = (
 )
 """Coordinates along which means are taken, and what a dependence on them looks like."""
 BINS = 12
+"""Of a coordinate, each with as many windows."""
 HARMONICS = 8
+"""Of a turn."""
 SHUFFLES = 500
+"""That tell a dependence from chance."""
 LEVEL = 0.01
+"""Share of the shuffles that may do better, divided by the number of coordinates."""
 FASTEST_Hz = 8.0
 SLOWEST_Hz = 0.2
 

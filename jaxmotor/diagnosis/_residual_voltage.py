@@ -18,6 +18,7 @@ from jaxmotor.prediction import shaft_angles
 from jaxmotor.recording import Recording
 
 WINDOW_S = 0.06
+"""Over which the residual voltage is a mean."""
 SHORTEST = 6
 """Ticks of a window at least."""
 

@@ -13,6 +13,7 @@ from jaxmotor.recording import Recording
 from jaxmotor.validation import Score, score_of
 
 DRAWS = 400
+"""Of segments, for intervals."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -44,6 +44,7 @@ FIRST, LATER = 7, 5
 RELATED = 2
 """Of these, most that are alike (`Relations.relatives`)."""
 BEAM = 3
+"""Models of one size that are extended."""
 FEW, DEPTH = 2, 4
 """Effects in one motor: those after which laws that are sought last are tried, and at most."""
 NEAR = 0.2
@@ -67,6 +68,7 @@ LIKELY = 0.4
 PROMISE = 0.02
 """Part of the mean square that a law's score must promise to take up beside others, where the noise is not known."""
 CONTESTS = 3
+"""Rounds in which the best model is contested."""
 LEADERS = 2
 """Of the candidates, those that are fitted before the others."""
 ALTERNATIVES = 4

@@ -37,6 +37,7 @@ from jaxmotor.motor.effects import Rig
 from jaxmotor.prediction import SPEED_STEP, first_speeds, without_initial_speeds
 
 STEPS = 25
+"""Of a fit at most."""
 WIDE_STEPS, WIDE_TOLERANCE = 8, 2e-4
 """Of laws with events: their cost has local minima of that depth."""
 SURE, HOPE = 2, 3.0

@@ -19,6 +19,7 @@ from jaxmotor.diagnosis._visited import falling
 from jaxmotor.motor.effects import LEARNED, OF_LOG, AbstractEffect, AbstractLearnedEffect, AbstractStepInTime
 
 ALTERNATIVES = 4
+"""Of each effect that are scored on held-out rows."""
 FAR = 2.0
 """Times chi2 of the best motor, above which nobody asks how much worse another one is, exactly."""
 SCATTERS = 2.0

@@ -17,6 +17,7 @@ from jaxmotor.recording import Recording
 QUIET_LOG10_Q = -4.0
 """Below this process term [decades of the floor] the encoder alone explains the residuals."""
 QUIET_CHI2 = 1.1
+"""chi2 per sample up to which the residual may be the noise alone."""
 EVIDENCE = 40.0
 """Drop of the sum of squares by which friction and delay are taken to be there; chance gives up to 10, a rounding
 error that repeats itself or a torque that wanders up to 30, coloured noise as many times that as its rows are one."""

@@ -34,6 +34,7 @@ from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.prediction import noise_to_json
 
 FORMAT = 1
+"""Of the model file."""
 LARGEST = 20_000_000
 """Bytes of a model file that are read at most."""
 MAX_TEXT = 1000

@@ -25,6 +25,7 @@ LARGEST = 20.0
 MOST_OF_VOLTAGE = 0.6
 """Part of the voltage that friction, a dead zone or drag takes at most of a motor that turns."""
 MOST_TICKS = 2.0
+"""Delay of a motor at most [rows]."""
 MOST_LAG_S = 4e-3
 """Electrical time constant of a small motor at most."""
 DECIDE = {

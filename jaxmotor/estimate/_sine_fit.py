@@ -31,6 +31,7 @@ from jaxmotor.motor import (
 )
 
 ROUNDS = 4
+"""Of weighing the frequencies by the motor found and fitting it again."""
 
 
 class Sines(eqx.Module):

@@ -10,6 +10,7 @@ from jaxmotor.motor import FirstOrder
 from jaxmotor.prediction import Batch, Problem, bucket, observe, start_columns
 
 POLES = 24
+"""From which a fit may start; the best one is taken."""
 
 
 def pole_range(batch: Batch) -> np.ndarray:

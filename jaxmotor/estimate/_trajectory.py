@@ -18,9 +18,11 @@ from jaxmotor.estimate._whitening import whiten
 from jaxmotor.prediction import Problem, predict
 
 MAX_STEPS = 40
+"""Of a fit."""
 PROCESS_RANGE = (-8.0, 4.0)
 """Decades of q that are searched, in units of the floor."""
 PROCESS_POINTS = 9
+"""Of q that are tried at once."""
 
 
 class Linearised(NamedTuple):

@@ -16,6 +16,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor.fleet._extra import needs
 
 CONNECT_S = 10.0
+"""For which an answer of a scheduler is waited for."""
 LOSSES = 10
 """Workers that may be lost under one part before it is given up."""
 COMPARED = ("jaxmotor", "jax", "numpy", "pyarrow", "distributed")

@@ -11,6 +11,7 @@ from jaxmotor.fleet._parquet import Cut, cuts_of, read_cut
 from jaxmotor.recording import Recording, read
 
 FILES_PER_PART = 32
+"""Unless told."""
 DIAGNOSED_PER_PART = 4
 """Where motors are diagnosed, which takes seconds each."""
 TEXT, PARQUET = ".csv", ".parquet"

@@ -23,6 +23,7 @@ from jaxmotor.motor import FirstOrder
 from jaxmotor.prediction import Problem, start_columns
 
 COARSE_STEPS, FINE_STEPS = 8, 6
+"""Of the fit, before and after the noise is weighed anew."""
 START_V = (0.1, 0.05)
 """Of friction and dead zone."""
 LONGEST_STEP = 1.0

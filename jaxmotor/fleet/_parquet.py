@@ -19,7 +19,9 @@ from jaxmotor.fleet._extra import needs
 from jaxmotor.recording import Header, Recording, columns_of, from_columns, header_of, values_of
 
 ROWS_PER_CUT = 250_000
+"""About so many are one piece of work."""
 ROWS_AT_ONCE = 131_072
+"""That are read."""
 FOREIGN_KEYS = ("pandas", "ARROW:schema", "geo")
 """Metadata that other programs leave."""
 

@@ -25,6 +25,7 @@ from jaxmotor.recording import Recording
 SEQUENCE_STEP = 4
 """Numbers of sequences are rounded up to a multiple of this."""
 LEAST_PIECES, LEAST_CLUSTERS = 32, 32
+"""To which their numbers are rounded up, so that motors share programs."""
 
 
 class Case(NamedTuple):

@@ -21,6 +21,7 @@ from jaxmotor.fleet._identify_part import Options, identify_part
 from jaxmotor.fleet._table import doubled_names, join, read_about, write_rows
 
 FORMAT = 1
+"""Of a run's folder."""
 PLAN = "plan.json"
 
 

@@ -26,6 +26,7 @@ from jaxmotor.motor import FirstOrder, simulate
 NODES = 48
 """Of the Chebyshev series over log a."""
 POLES_RAD_S = (1.0, 2000.0)
+"""That the series hold for; others are fitted one by one."""
 MIDDLE, HALF = float(np.log(np.prod(POLES_RAD_S)) / 2), float(np.log(POLES_RAD_S[1] / POLES_RAD_S[0]) / 2)
 """Of the range of log a: the series' argument is (log a - MIDDLE)/HALF."""
 STEPS, LONGEST = 4, 1 / HALF

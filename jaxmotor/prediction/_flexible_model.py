@@ -20,12 +20,14 @@ from jaxmotor._balanced import solve_balanced
 from jaxmotor.motor.effects import LONGEST_DELAY_S
 
 POLES = 24
+"""That are tried at first."""
 DELAYS = (0, 1, 2, 3, 5, 8, 13, 21, 34, 55, 89, 144, 233, 377, 610)
 """Rows, of the typical duration, by which the voltage may come late: the first nine, and more up to
 `LONGEST_DELAY_S`."""
 BETWEEN = 9
 """Delays that are tried between the best one's neighbours."""
 BLOCKS = 20
+"""Of rows, each of which is left out in turn."""
 ROWS_PER_COLUMN = 5
 """The fewest."""
 WORST = 4.0

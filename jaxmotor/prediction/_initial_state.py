@@ -14,6 +14,7 @@ LATE = 4
 SPEED_STEP = 0.05
 """Over which initial speeds are differenced [rad/s]."""
 ROUNDS = 3
+"""Of Newton's method for the initial speeds."""
 FORGOTTEN = 5.0
 """Time constants after which a filter has forgotten where it began: what is left is less than 1 %."""
 FIRST_ROWS = 3

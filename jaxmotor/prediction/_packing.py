@@ -16,6 +16,7 @@ from jaxmotor.prediction._noise import Noise, estimated, rounding, unknown
 from jaxmotor.recording import Recording, Segment, at_duty, is_steady
 
 SEQUENCES = 16
+"""Side by side at most, where nobody asks for more."""
 
 
 class Batch(NamedTuple):

@@ -28,6 +28,7 @@ MOST_ROWS = 20
 ENOUGH_ROWS = 20_000
 """The first of a log, which decide."""
 POLES = 16
+"""That are tried at once."""
 WITHIN = 2.0
 """Factor by which the pole may differ from that of a motor with a delay in the place of the window."""
 DELAYS = (0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0)

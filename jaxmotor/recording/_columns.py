@@ -11,6 +11,7 @@ from jaxmotor.recording._recording import RecordingError
 from jaxmotor.recording._text import NUMBER, check_names, fault
 
 MAX_TICK = 20_000_000
+"""Ticks of a recording at most."""
 INTEGERS = {"segment": 10**6, "tick": MAX_TICK, "duty": 10**12, "count": 2**62}
 """Integer columns and the greatest magnitude that can be meant; differences of counts stay in 64 bits."""
 FLOATS = {"time_s": 1e9, "volts": 1e6, "angle_rad": 1e12, "speed_rad_s": 1e9, "supply_mV": 1e9, "current_A": 1e6}

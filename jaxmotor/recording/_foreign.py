@@ -24,6 +24,7 @@ from jaxmotor.recording._units import Input, Scale, positive, split_input, split
 Drive = Literal["brake", "coast"]
 Acts = Literal["after", "before"]
 MAX_LABELS = 10_000
+"""Segments that a column of labels may begin."""
 FINEST_DUTY = 9
 """Decimals to which fractions of the supply are kept as whole duties."""
 UNKNOWN_V = 1.0

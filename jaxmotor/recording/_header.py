@@ -15,6 +15,7 @@ from jaxmotor.recording._text import fault
 FORMAT = 2
 """The newest; 2 adds `nan` in `supply_mV`, where the supply was not read, and is written only where that is so."""
 MAX_SEGMENTS = 10_000
+"""Segments of a file at most."""
 MAX_HEADER = 4_000_000
 """Longer headers are refused unparsed [character]."""
 
@@ -32,6 +33,7 @@ TEXTS = ("motor", "rig", "firmware", "created", "notes")
 NUMBERS = ("period_s", "counts_per_rev", "duty_full_scale", "supply_V", "speed_window_s", "duty_delay_s")
 OWN_KEYS = (*NUMBERS, "speed_window_rows", "drive", "count_resets")
 MOST_WINDOW_ROWS = 1000
+"""Rows that a speed may be a mean over."""
 OWN_SEGMENT_KEYS = ("kind", "start_s", "at_rest")
 
 _FIRST = re.compile(r"# jaxmotor recording ([0-9]{1,9})[ \t]*")

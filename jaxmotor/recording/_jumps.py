@@ -19,7 +19,9 @@ import numpy as np
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 
 FACTOR = 8.0
+"""Times the motion around it, from which a change of count is a jump."""
 LEAST = 20
+"""Counts of a jump at least."""
 WIDTHS = (16, 24, 32)
 """Widths of counters that may wrap [bit]."""
 

@@ -14,6 +14,7 @@ from jaxmotor.recording._text import about_log, limit_rows
 from jaxmotor.recording._units import Scale, positive, split_input
 
 HOLD_S = 2.0
+"""For which a steady state was held, unless told."""
 PAUSE_S = 1.0
 """Between one state and the next."""
 

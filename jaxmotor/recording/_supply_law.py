@@ -27,6 +27,7 @@ CONVERTED_S = 1e-3
 KNOTS = (1, 2, 3, 5, 9, 17, 33)
 """Of E(t); one is a constant."""
 USUAL_KNOTS = 5
+"""Of E(t) while other parts of the law are chosen."""
 ON_KNOT = 3.0
 """Readings that a knot needs."""
 USUAL_BACK_EMF = 0.93

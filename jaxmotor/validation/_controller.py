@@ -19,6 +19,7 @@ from jaxmotor.prediction import bucket
 from jaxmotor.recording import Recording, Segment, angle_of
 
 OFF_TOGETHER = 3
+"""Ticks in a row from which the controller is said to be off."""
 GAIN_KEYS = ("gain", "gain_V_s_rad")
 
 

@@ -8,6 +8,7 @@ from jaxmotor.estimate import effects_to_json, linear_to_json
 from jaxmotor.validation._validation import ClosedLoop, Comparison, Interval, OpenLoop, StepTrials, Validation
 
 FORMAT = 1
+"""Of the JSON."""
 SCORE = ("samples", "fit_percent", "rmse_rad_s", "rmse_counts", "chi2_per_sample")
 STEPS = ("segments", "trials", "amplitude_V", "inside_percent", "rise_time_s", "final_speed_rad_s")
 CLOSED_LOOP = (

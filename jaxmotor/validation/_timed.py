@@ -14,7 +14,9 @@ from jaxmotor.recording import Recording
 from jaxmotor.validation._free_simulation import simulate_freely, simulate_model, whole_log
 
 ROUNDS = 4
+"""Of the fit of an offset."""
 STEP_ROWS = 1e-3
+"""Of an offset, over which residuals are differenced."""
 ALIKE = 1.02
 """chi2 per sample up to which no offset is looked for."""
 SHARE = 0.5

@@ -22,7 +22,9 @@ from jaxmotor.validation._trials import group_steps
 from jaxmotor.validation._validation import Skipped, Validation
 
 SIMULATIONS = 256
+"""Of which bands are made, unless told."""
 LEAST_SIMULATIONS = 64
+"""Fewer give no 95 % band."""
 VALUES = 8_000_000
 """Numbers that the simulations of one segment may hold; long segments get fewer simulations."""
 

@@ -288,6 +288,7 @@ OWN_LAG_S = 2.6e-4
 LONGEST_DELAY_S = 0.12
 """Delays up to this are simulated and sought, and any of `FEWEST_LATE` - 2 rows."""
 FEWEST_LATE, MOST_LATE = 32, 1024
+"""Rows that a simulation remembers of the voltage: powers of two between these."""
 
 
 def rows_late(period_s: float) -> int:

@@ -29,6 +29,7 @@ from jaxmotor.motor.effects._sine import sine
 
 LearnedCoordinate = Literal["speed", "voltage", "angle", "time"]
 TERMS = 24
+"""Of a curve."""
 WARP = 10.0
 """How many times closer a curve is resolved about zero than far from it, about."""
 GRID = 2001

@@ -18,6 +18,8 @@ from jaxmotor.motor.effects._base import Load, Scalar
 
 Matrix = Float[Array, "_ _ ..."]
 HALVINGS, TERMS = 14, 8
+"""Times that a matrix is halved before its exponential is a series, and terms of that: exact to rounding up to norms
+of 2^14."""
 SHORTEST_LAG = 1e-5
 """A lag below this [s] is interpolated between none and this one: the current's own motion is over in no time."""
 

@@ -17,6 +17,7 @@ from jaxmotor.motor.effects._propagate import Matrix, propagator
 from jaxmotor.motor.effects._yielding import yielding
 
 TINY = 1e-12
+"""In the place of a zero that something is divided by."""
 PROBE_V = 0.1
 """By which it is seen how far a step yields to a torque."""
 Role = TypeVar("Role", bound=AbstractEffect)

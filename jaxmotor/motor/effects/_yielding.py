@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxmotor.motor.effects._base import Scalar
 
 STEPS = 6
+"""Of Newton's method."""
 
 
 def yielding(resists: Callable[[Scalar, Scalar], Scalar], free: Scalar, softness: Scalar, duration: Scalar) -> Scalar:
