@@ -25,8 +25,9 @@ FOLDERS = {
 """Those whose numbers decide what is estimated and said."""
 INTRO = """# Constants
 
-Every number that has a name in the parts of the package which estimate, judge and design, with its value and what it
-is. The page is made from the sources by `benchmarks/constants.py`; a test holds it up to date.
+Every number that has a name at the head of a module, in the parts of the package which estimate, judge and design,
+with its value and what it is. The page is made from the sources by `benchmarks/constants.py`; a test holds it up to
+date.
 
 What a diagnosis says depends most on those of four modules. `diagnosis/_certainty.py`: how sure a name is where
 something stays unexplained, by [regression](other-world.md#how-sure-a-name-may-be). `diagnosis/_found.py`: what counts
@@ -35,7 +36,8 @@ the recording is seen. The first are calibrated by a script, the other three wer
 [blind tests](blind-tests.md) and the [other world](other-world.md). How they work together is in
 [Diagnosis](diagnosis.md#how-it-works).
 """
-NUMERIC = re.compile(r"^[-+*/%(), .\deE_]+$|^(np|math)\.\w+|^0\.5 \*\*|^Logistic|^\(Logistic")
+NAME = re.compile(r"[A-Z][A-Z0-9]+(_[A-Za-z0-9]+)*$")
+"""In capitals, but for a unit at its end."""
 
 
 class Constant(NamedTuple):
@@ -53,7 +55,7 @@ def constants(folder: str) -> Iterator[Constant]:
         body = ast.parse(path.read_text(encoding="utf-8")).body
         for statement, after in zip(body, [*body[1:], None], strict=True):
             names, value = _named(statement)
-            if names and value is not None and NUMERIC.match(ast.unparse(value)):
+            if names and value is not None and _is_number(value):
                 yield Constant(path.relative_to(PACKAGE).as_posix(), ", ".join(names), ast.unparse(value), _text(after))
 
 
@@ -66,7 +68,25 @@ def _named(statement: ast.stmt) -> tuple[list[str], ast.expr | None]:
         case _:
             return [], None
     names = [node.id for node in nodes if isinstance(node, ast.Name)]
-    return (names if all(name.isupper() and name[0] != "_" for name in names) else []), value
+    return (names if all(map(NAME.match, names)) else []), value
+
+
+def _is_number(value: ast.expr) -> bool:
+    """Made of numbers alone: by arithmetic, by functions of NumPy or `math`, or two of a `Logistic`."""
+    match value:
+        case ast.Constant(value=one):
+            return isinstance(one, int | float) and not isinstance(one, bool)
+        case ast.UnaryOp(operand=one):
+            return _is_number(one)
+        case ast.BinOp(left=one, right=other):
+            return _is_number(one) and _is_number(other)
+        case ast.Tuple(elts=several) | ast.List(elts=several):
+            return bool(several) and all(map(_is_number, several))
+        case ast.Call(func=function, args=several):
+            return ast.unparse(function).startswith(("np.", "math.", "Logistic")) and all(map(_is_number, several))
+        case ast.Attribute():
+            return ast.unparse(value).startswith(("np.", "math."))
+    return False
 
 
 def _text(statement: ast.stmt | None) -> str:

@@ -17,7 +17,7 @@ from jaxtyping import Float
 from jaxmotor.diagnosis._curve_columns import columns_of, visited
 from jaxmotor.diagnosis._found import COARSE
 from jaxmotor.diagnosis._free import OWN
-from jaxmotor.diagnosis._solve import Fitted, Solver
+from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor.effects import (
     AbstractEffect,
@@ -49,8 +49,10 @@ def with_convention(spread: Float[np.ndarray, "p p"], solver: Solver, fitted: Fi
 
 
 def is_as_likely(tied: Fitted, free: Fitted) -> bool:
-    """What `tied` leaves more than the same laws in `free` is within two standard deviations of one parameter."""
-    more = (tied.chi2 - free.chi2) * len(free.residual)
+    """`tied` holds its ties, and what it leaves more than the same laws in `free` is within two standard deviations of
+    one parameter."""
+    away = 0.0 if tied.ties is None else square_of(tied.ties @ tied.free)
+    more = (tied.chi2 - free.chi2) * len(free.residual) + away
     return more < LIKELY * free.variance
 
 

@@ -29,7 +29,9 @@ SHUFFLES = 500
 LEVEL = 0.01
 """Share of the shuffles that may do better, divided by the number of coordinates."""
 FASTEST_Hz = 8.0
+"""Of waves over time that are looked for."""
 SLOWEST_Hz = 0.2
+"""The same."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

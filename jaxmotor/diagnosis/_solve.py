@@ -56,6 +56,7 @@ WIDTH = 8
 SHARES, SHORTER = 0.5 ** np.arange(8), np.geomspace(1e-3, 1e5, 8)
 """Of a step that goes too far; and dampings, relative to the balanced normal equations, of others in its place."""
 DAMPINGS = 1e-9 + np.geomspace(1e-4, 1e6, 21)
+"""That are tried at once where a step must be short."""
 DAMPING = 1e-9
 """Of the balanced normal equations, for what the recording does not show."""
 

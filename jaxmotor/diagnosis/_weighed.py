@@ -34,7 +34,7 @@ def judged_by(held: HeldOut, found: Found, explained: Explained) -> Found:
     stays unexplained, too."""
     if not held.own or not (found.unexplained_share or explained.noise_known):
         return found
-    scatter = SCATTERS * math.sqrt(2 / len(held.test.cells)) if explained.noise_known else 0.0
+    scatter = SCATTERS * math.sqrt(2 / max(len(held.test.cells), 1)) if explained.noise_known else 0.0
 
     def share(shorter: float) -> float:
         return explained.share_left(held.fitted, shorter, held.after.drift - scatter)

@@ -1,5 +1,7 @@
 """A curve over the speed holds nothing of a straight line and of friction, unless the recording says so."""
 
+import dataclasses
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -51,6 +53,8 @@ def test_a_tied_curve_has_no_such_parts_and_here_that_is_not_as_likely(made, fre
     assert np.abs(parts_of_curve(speed, tied.motor) * [FAST_RAD_S, 1.0]).max() < 5e-3
     assert np.abs(parts_of_curve(speed, fitted.motor) * [FAST_RAD_S, 1.0]).max() > 0.1
     assert is_as_likely(fitted, fitted) and not is_as_likely(tied, fitted)
+    # A fit that stopped where it began leaves no more, but holds nothing.
+    assert not is_as_likely(dataclasses.replace(fitted, ties=tied.ties), fitted)
 
 
 def test_of_a_tied_curve_the_errors_hold_what_another_choice_of_speeds_would_have_made(free):

@@ -25,6 +25,7 @@ from jaxmotor.motor.effects._base import (
 RARITY = 2.0
 """Of effects that no data sheet of a hobby motor speaks of."""
 REFERENCE_rad_s = 50.0
+"""At which the size of a drag is stated."""
 EDGE_RAD = 0.1
 """Over which the friction of a sector rises at each of its ends."""
 
