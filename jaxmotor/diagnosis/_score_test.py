@@ -13,6 +13,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._free import motor_at, together, with_each, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._shared_program import shared_level
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import AbstractEffect, Rig, SpeedWindow, parameters
@@ -78,6 +79,18 @@ def effect_columns(
     of = side_by_side(lambda own: _effect_columns(solver, motor, base.speeds, residual, own), starts)
     found = tuple(one for its in of for one in its)
     return found if at is None else tuple(dataclasses.replace(one, columns=one.columns[at]) for one in found)
+
+
+def columns_beside(
+    solver: Solver, base: Fitted, rig: Rig, effects: Sequence[type[AbstractEffect]]
+) -> tuple[EffectColumns, ...]:
+    """Of those of `effects` that share the program of `base`: what they change beside all that `base` has. A motor that
+    is held at rest, or that a load drives, shows little of what they do to one without."""
+    level = shared_level(base.motor) if solver.is_short else None
+    simple = [one for one in effects if one.program_level is not None and level is not None and one.program_level <= level]
+    starts = [one.starts(rig) for one in simple if not one.sought_last and one.name not in base.names]
+    of = side_by_side(lambda own: _effect_columns(solver, base.motor, base.speeds, base.residual, own), starts)
+    return tuple(one for its in of for one in its)
 
 
 def best_beside(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]) -> list[Candidate]:

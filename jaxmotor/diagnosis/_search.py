@@ -26,6 +26,7 @@ from jaxmotor.diagnosis._score_test import (
     apparent_delay,
     best_as_simulated,
     candidates,
+    columns_beside,
     effect_columns,
 )
 from jaxmotor.diagnosis._solve import Fitted, Solver
@@ -387,7 +388,15 @@ class Search:
         return Named(name, alternatives, *probability, alike, share)
 
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
-        """The candidates' columns at about the gain and pole of `base`."""
+        """The candidates' columns beside `base`; of those whose programs would be new, at about its gain and pole."""
+        bare = self._bare_columns(base)
+        if self._is_quiet(base) or not self._causes(base):
+            return bare
+        beside = columns_beside(self.solver, base, self.rig, self.solver.request.asked())
+        known = {one.name for one in beside}
+        return (*beside, *(one for one in bare if one.name not in known))
+
+    def _bare_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         for near, known in self.scores:
             later = abs(apparent_delay(near.motor) - apparent_delay(base.motor))
             if np.abs(near.free[:2] - base.free[:2]).max() < NEAR and later < 0.5 * self.rig.period_s:

@@ -23,14 +23,22 @@ def as_shared(motors: Motor, window_s: float | None = None) -> Motor:
     steps are many.
     """
     own = {effect.name: effect for effect in motors.effects}
-    levels = [effect.program_level for effect in motors.effects if not isinstance(effect, OF_LOG)]
-    if not levels or is_wide(motors.effects):
+    level = shared_level(motors)
+    if level is None:
         return motors
-    level = max((level for level in levels if level is not None), default=0)
     number = len(np.asarray(motors.linear.gain))
     window = [] if window_s is None else [SpeedWindow.of(length_s=window_s)]
     every = _neutral(level, number) | {one.name: _repeated(one, number) for one in window} | own
     return eqx.tree_at(lambda motor: motor.effects, motors, tuple(every[name] for name in sorted(every)))
+
+
+def shared_level(motor: Motor) -> int | None:
+    """Effects of up to this `program_level` are in the program of `motor`, neutral where it lacks them; None where it
+    has one of its own."""
+    levels = [effect.program_level for effect in motor.effects if not isinstance(effect, OF_LOG)]
+    if not levels or is_wide(motor.effects):
+        return None
+    return max((level for level in levels if level is not None), default=0)
 
 
 @functools.lru_cache(256)

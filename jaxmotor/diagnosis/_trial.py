@@ -51,15 +51,16 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
     speed = np.abs(np.asarray(log.speed))[: int(np.asarray(log.used))]
     applied = np.unique(np.round(np.abs(np.asarray(batch.volts)[trial.valid]), 6))
     time = np.asarray(trial.time)[trial.valid]
-    turns = trial.angle is not None and bool(np.ptp(np.asarray(trial.angle)[trial.valid]) > 2 * np.pi)
+    swing = 0.0 if trial.angle is None else float(np.ptp(np.asarray(trial.angle)[trial.valid]))
     return Rig(
         float(trial.supply),
         tuple(applied[applied > 0].tolist()),
         float(np.quantile(speed, 0.995)),
         float(np.asarray(log.duration)),
         float(np.ptp(time)),
-        turns,
+        swing > 2 * np.pi,
         supply_known=recording.supply_V is not None,
         supply_logged=logs_supply(recording),
         counts=recording.measured == "count",
+        swing_rad=swing,
     )

@@ -46,6 +46,8 @@ class Rig(NamedTuple):
     """The voltages are those that the logged supply gave: its sag and drift are in them."""
     counts: bool = True
     """The log holds an encoder's counts."""
+    swing_rad: float = 0.0
+    """From the least to the largest measured angle, where that is known throughout; else zero."""
 
 
 def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: float, spread: float = math.inf) -> Any:

@@ -33,6 +33,8 @@ SLOWEST_Hz, FASTEST_Hz, SPACING = 0.5, 64.0, 1.35
 MOST_STATIC = 5.0
 """Static friction over the moving one: dry and lubricated contacts have 1 to 2, rarely 3 [Armstrong-Helouvry, Dupont,
 Canudas de Wit 1994]."""
+ARM_RAD = 1.0
+"""Angle that a shaft must swing for a weight on an arm to differ from a constant load: by 12 % at the ends of it."""
 
 
 class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
@@ -144,7 +146,8 @@ class Cogging(AbstractMotionEffect, AbstractTorqueEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        waves = [(n, phase) for n in range(1, 13) for phase in (0.0, 0.5 * np.pi)] if rig.turns else []
+        most = 12 if rig.turns else int(rig.swing_rad >= ARM_RAD)
+        waves = [(n, phase) for n in range(1, most + 1) for phase in (0.0, 0.5 * np.pi)]
         return tuple(cls.of(volts_V=0.04 * rig.supply_V, cycles_per_rev=n, phase_rad=phase) for n, phase in waves)
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
