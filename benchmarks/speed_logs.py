@@ -4,7 +4,9 @@
 
 Random linear motors under voltages of random height and length, simulated exactly on a fine grid by scipy. The speed is
 the mean over 1 to 20 rows, or comes through a first-order filter of 0.5 to 5 rows; rows are even or not; the noise, 0.1
-to 5 % of the motion, is white or an autoregression whose memory is up to 20 rows. The header states the window, or
+to 5 % of the motion, is white or an autoregression whose memory is up to 20 rows. "Smoothed" speeds have no such noise:
+they are what an encoder counted in each row (30 to 1000 counts at the highest speed), smoothed from row to row with a
+weight of 0.1 to 0.8 and printed in rpm with two decimals. The header states the window, or
 nothing of how the speeds were made: a window is near where it is within 5 % of the true one. `--diagnose` diagnoses
 the logs that state nothing instead. Where a filter is slower than its motor the pole is that of the filter: which of
 the two is which no log of speeds says.
@@ -27,7 +29,9 @@ from jaxmotor.estimate import SpeedAverage
 from jaxmotor.recording import Segment
 
 ROWS = 2000
-SEEN = ("instantaneous", "one row", "window", "uneven", "filter")
+SEEN = ("instantaneous", "one row", "window", "uneven", "filter", "smoothed")
+UNSTATED = ("filter", "smoothed")
+"""No header states these."""
 FINE = 20
 """Steps of the simulation in one row."""
 
@@ -88,6 +92,11 @@ def speed_log(rng: np.random.Generator, seen: str, rows: int = ROWS) -> SpeedLog
         # Two lags in a row are a difference of two side by side.
         speed = (gain * pole * other - speed / lag) / (pole - 1 / lag)
     read = speed[at[:-1]]
+    if seen == "smoothed":
+        read, level = _smoothed(rng, angle[at[:-1]], period)
+        segment = Segment("other", 0.0, True, {}, at[:-1] * fine, volts, tick=np.arange(rows), speed_rad_s=read)
+        recording = Recording((segment,), seen, period, speed_window_s=period, supply_V=24.0)
+        return SpeedLog(recording, gain, pole, level, seen, period)
     level = 10 ** rng.uniform(-3, np.log10(0.05)) * read.std()
     read = read + level * _coloured(rng, rows)
     segment = Segment("other", 0.0, True, {}, at[:-1] * fine, volts, speed_rad_s=read)
@@ -97,6 +106,16 @@ def speed_log(rng: np.random.Generator, seen: str, rows: int = ROWS) -> SpeedLog
         (segment,), seen, None if seen == "uneven" else period, speed_window_s=window * fine, supply_V=24.0
     )
     return SpeedLog(recording, gain, pole, level, seen, lag or window * fine)
+
+
+def _smoothed(rng: np.random.Generator, angle: np.ndarray, period: float) -> tuple[np.ndarray, float]:
+    """Speeds of an encoder's counts in each row, smoothed; and the standard deviation of those before [rad/s]."""
+    count = np.abs(np.diff(angle)).max() / np.exp(rng.uniform(np.log(30), np.log(1000)))
+    mean = np.diff(np.floor(angle / count), prepend=0.0) * count / period
+    weight = rng.uniform(0.1, 0.8)
+    smoothed = np.asarray(lfilter([weight], [1.0, weight - 1.0], mean))
+    rpm = 60 / (2 * np.pi)
+    return np.round(smoothed * rpm, 2) / rpm, count / period / np.sqrt(6)
 
 
 def _volts(rng: np.random.Generator, rows: int, hold: float) -> np.ndarray:
@@ -192,7 +211,7 @@ def main() -> None:
         for seen in SEEN:
             print(row(f"{seen}, not stated", motors, list(diagnosed(motors, seed, seen))), flush=True)
         return
-    for stated, seen in [(True, seen) for seen in SEEN if seen != "filter"] + [(False, seen) for seen in SEEN]:
+    for stated, seen in [(True, seen) for seen in SEEN if seen not in UNSTATED] + [(False, seen) for seen in SEEN]:
         found = list(results(motors, seed, seen, stated))
         print(row(seen if stated else f"{seen}, not stated", motors, found), flush=True)
         for refused in [one for one in found if isinstance(one, str)]:

@@ -157,7 +157,9 @@ def _if_named(found: FoundEffect) -> str:
 
 def _notes(diagnosis: Diagnosis) -> list[str]:
     """Those on the linear fit say how wrong that may be; the story has told it where it knows better."""
-    told = diagnosis.fit.notes if diagnosis.verdict != "unexplained" else ()
+    # What the linear motor lacks is explained; how the log was made is not.
+    told = set(diagnosis.fit.notes if diagnosis.verdict != "unexplained" else ())
+    told -= {one.sentence for one in (diagnosis.average, diagnosis.timing) if one is not None}
     return [printable(note) for note in diagnosis.notes if note not in told]
 
 

@@ -50,7 +50,7 @@ from jaxmotor.estimate._sine_fit import Sines as Sines
 from jaxmotor.estimate._sine_fit import fit_sines as fit_sines
 from jaxmotor.estimate._speed_average import UNSURE as UNSURE
 from jaxmotor.estimate._speed_average import SpeedAverage as SpeedAverage
-from jaxmotor.estimate._speed_average import average_by_rows as average_by_rows
+from jaxmotor.estimate._speed_average import average_seen as average_seen
 from jaxmotor.estimate._speed_average import stated as stated
 from jaxmotor.estimate._start import pole_range as pole_range
 from jaxmotor.estimate._timing import MOST_ROWS as MOST_ROWS

@@ -33,5 +33,8 @@ def read_average(content: Any) -> SpeedAverage | None:
         raise ValueError(f"speed_average: rows is {shown(rows)}, not a number of rows up to {MOST_WINDOW_ROWS}")
     if not all(isinstance(flag, bool) for flag in flags.values()):
         raise ValueError("speed_average: separable and as_even are true or false")
+    weight = content.get("weight")
+    if weight is not None and not (is_number(weight) and 0 < weight < 1):
+        raise ValueError(f"speed_average: weight is {shown(weight)}, not a share between 0 and 1")
     values = dict.fromkeys(NUMBERS, math.nan) | known
-    return SpeedAverage(kind=content["kind"], length_s=length, rows=rows, **values, **flags)
+    return SpeedAverage(kind=content["kind"], length_s=length, rows=rows, weight=weight, **values, **flags)

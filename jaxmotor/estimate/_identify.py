@@ -20,12 +20,12 @@ from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._model import ModelRig
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import sine_data, sine_segments
-from jaxmotor.estimate._speed_average import SpeedAverage, average_by_rows, stated
+from jaxmotor.estimate._speed_average import SpeedAverage, average_seen, stated
 from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor import FirstOrder
-from jaxmotor.prediction import Packed, Problem, as_problem, holding, pack, row_window, without_transients
+from jaxmotor.prediction import Packed, Problem, as_problem, holding, pack, without_transients
 from jaxmotor.recording import Recording, Which, check, chosen_segments, recording_of
 
 METHODS = Literal["exact", "paper"]
@@ -46,7 +46,7 @@ class Prepared(NamedTuple):
     held_out: tuple[int, ...]
     packed: Packed
     average: SpeedAverage | None
-    """How speeds of uneven rows were averaged, where the header does not state it; `recording` does."""
+    """How speeds were averaged from row to row, where the header does not state it; `recording` does."""
     notes: tuple[str, ...]
 
 
@@ -142,12 +142,11 @@ def prepare(recording: Recording, hold_out: Which = (), few_shapes: bool = False
 
     **Raises:** `JaxmotorError`, as `identify`.
     """
-    notes, average = check(recording), None
+    notes = check(recording)
     held_out = chosen_segments(recording, hold_out)
     fitted = _fitted(recording, held_out)
-    window = row_window(recording, fitted)
-    if window is not None:
-        average = average_by_rows(window)
+    average = average_seen(recording, fitted)
+    if average is not None:
         recording = stated(recording, average)
         notes = (*check(recording), average.sentence)
     packed = pack(recording, fitted, few_shapes=few_shapes)

@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxmotor._numbers import plainly
 from jaxmotor.estimate._timing import Timing
-from jaxmotor.prediction import RowWindow, by_rows
+from jaxmotor.prediction import RowWindow, Smoothing, by_rows, row_window, smoothing, unsmoothed
 from jaxmotor.recording import Recording
 
 LOGS_OWN = "a property of the log, which its header does not state (speed_window_s)"
@@ -41,6 +41,9 @@ class SpeedAverage:
     time."""
     as_even: bool = False
     """What the shaft turned in `rows` rows was divided by their usual length, not by the time that they took."""
+    weight: float | None = None
+    """Each speed is so much of the mean over its row, and the rest of the speed before it (exponential smoothing); this
+    is undone before anything is fitted. None: it was not smoothed so."""
 
     @property
     def is_fitted(self) -> bool:
@@ -50,6 +53,12 @@ class SpeedAverage:
     @property
     def sentence(self) -> str:
         """For people."""
+        if self.weight is not None:
+            return (
+                f"each speed is {self.weight:.4g} of the mean over its row and {1 - self.weight:.4g} of the speed "
+                "before it (exponential smoothing): a property of the log, which its header does not state; the "
+                "smoothing is undone"
+            )
         if self.rows is not None:
             return _by_rows(self.rows, self.as_even, self.length_s)
         length = _ms(self.length_s, self.standard_error_s)
@@ -83,12 +92,30 @@ def _by_rows(rows: int, as_even: bool, length_s: float) -> str:
     )
 
 
-def average_by_rows(window: RowWindow) -> SpeedAverage:
+def average_seen(recording: Recording, segments: tuple[int, ...]) -> SpeedAverage | None:
+    """How the speeds of `segments` (indices) were averaged from row to row, as their values or the uneven rows show it
+    whatever the motor; None where nothing shows. Numpy only."""
+    smoothed = smoothing(recording, segments)
+    if smoothed is not None:
+        return _smoothed(recording, segments, smoothed)
+    window = row_window(recording, segments)
+    return None if window is None else _over_rows(window)
+
+
+def _over_rows(window: RowWindow) -> SpeedAverage:
     """Of speeds that are means over the last rows, which is exact."""
     late = window.length_s / 2
     return SpeedAverage(
         "window", window.length_s, 0.0, late, 0.0, True, 0.0, 0.0, rows=window.rows, as_even=window.as_even
     )
+
+
+def _smoothed(recording: Recording, segments: tuple[int, ...], smoothed: Smoothing) -> SpeedAverage:
+    """Of smoothed speeds, whose weight is as good as exact."""
+    lengths = np.concatenate([np.diff(recording.segments[index].time_s) for index in segments])
+    length = recording.period_s or float(np.median(lengths))
+    late = length * (0.5 + (1 - smoothed.weight) / smoothed.weight)
+    return SpeedAverage("window", length, 0.0, late, 0.0, True, 0.0, 0.0, rows=1, weight=smoothed.weight)
 
 
 def properties_of(
@@ -132,6 +159,8 @@ def stated(recording: Recording, average: SpeedAverage | None) -> Recording:
     """`recording` with a header that states what `average` found."""
     if average is None:
         return recording
+    if average.weight is not None:
+        return unsmoothed(recording, average.weight)
     if average.rows is not None:
         return by_rows(recording, RowWindow(average.rows, average.as_even, average.length_s))
     window_s = 0.0 if average.kind == "filter" else stated_window(recording, average.length_s)

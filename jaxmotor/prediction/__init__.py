@@ -45,3 +45,6 @@ from jaxmotor.prediction._row_windows import by_rows as by_rows
 from jaxmotor.prediction._row_windows import row_window as row_window
 from jaxmotor.prediction._shaft import shaft_angles as shaft_angles
 from jaxmotor.prediction._shaft import supply_of as supply_of
+from jaxmotor.prediction._smoothing import Smoothing as Smoothing
+from jaxmotor.prediction._smoothing import smoothing as smoothing
+from jaxmotor.prediction._smoothing import unsmoothed as unsmoothed

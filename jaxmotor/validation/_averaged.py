@@ -6,27 +6,27 @@ import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import to_numpy
-from jaxmotor.estimate import Model, SpeedAverage, average_by_rows, stated
+from jaxmotor.estimate import Model, SpeedAverage, average_seen, stated
 from jaxmotor.motor.effects import LogFilter
-from jaxmotor.prediction import pack, row_window
+from jaxmotor.prediction import pack
 from jaxmotor.recording import Recording
 from jaxmotor.validation._free_simulation import simulate_model
 from jaxmotor.validation._open_loop import has_pieces
 
 
 def as_averaged(model: Model, recording: Recording, segments: tuple[int, ...]) -> tuple[Model, Recording, list[str]]:
-    """`model` and `recording` with the average of its speeds, and a note on it: over the last rows where they show it,
+    """`model` and `recording` with the average of its speeds, and a note on it: from row to row where they show it,
     else as in the model's own recording where `segments` are nearer to the model so."""
     if recording.measured != "speed" or not segments:
         return model, recording, []
-    rows = row_window(recording, segments)
-    average = model.average if rows is None else average_by_rows(rows)
-    if average is None or (rows is None and recording.speed_window_s is not None):
+    seen = average_seen(recording, segments)
+    average = model.average if seen is None else seen
+    if average is None or (seen is None and recording.speed_window_s is not None):
         return model, recording, []
     filtered, averaged = _filtered(model, average), stated(recording, average)
     if not _has_readings(averaged, segments):
         return model, recording, []
-    if rows is not None:
+    if seen is not None:
         return filtered, averaged, [average.sentence]
     if _square(filtered, averaged, segments) >= _square(model, recording, segments):
         return model, recording, []

@@ -1,4 +1,4 @@
-"""A weight on an arm in a position loop: without it the simulated shaft never holds still where the measured one does."""
+"""A weight on an arm in a position loop: without it the simulated shaft never stands where the measured one does."""
 
 import numpy as np
 
