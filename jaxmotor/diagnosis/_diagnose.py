@@ -4,12 +4,15 @@ import dataclasses
 import os
 from collections.abc import Callable
 
+import numpy as np
+
 from jaxmotor._arguments import check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64
 from jaxmotor.diagnosis._curves import learned_laws
 from jaxmotor.diagnosis._diagnosis import Diagnosis, Verdict
 from jaxmotor.diagnosis._errors import (
+    at_least,
     covariance,
     linear_covariance,
     linear_errors,
@@ -85,6 +88,10 @@ def diagnose(
     spread = with_convention(level, study.solver, found.fitted)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
+    if not found.named and refused is None:
+        # A delay below what shows moves a linear motor, too: `identify` allows for that.
+        linear = fit.standard_error
+        spread = at_least(spread, np.abs([linear.gain / fit.motor.gain, linear.pole / fit.motor.pole]).astype(float))
     every, timing = found_effects(study, held, found, spread), timing_of(found.fitted, spread)
     laws = learned_laws(known.search, found, held, level, study.solver.block, partial=verdict == "unexplained")
     every = tuple(dataclasses.replace(one, curve=laws.get(one.name)) for one in every)

@@ -66,6 +66,13 @@ def with_indistinguishable(
     return wider
 
 
+def at_least(spread: Float[np.ndarray, "p p"], known: Float[np.ndarray, " 2"]) -> Float[np.ndarray, "p p"]:
+    """`spread`, grown where the relative errors of gain and pole are below the `known` ones."""
+    grow = np.ones(len(spread))
+    grow[:2] = np.maximum(known / np.sqrt(np.diag(spread)[:2]), 1.0)
+    return spread * np.outer(grow, grow)
+
+
 def linear_errors(fitted: Fitted, spread: np.ndarray) -> dict[str, float]:
     """Standard errors of gain [rad/s/V], pole [rad/s], L/R [s] and the viscous share [1]."""
     error = np.sqrt(np.diag(spread))

@@ -30,3 +30,13 @@ def test_the_offset_is_the_logs_and_the_motor_is_complete(seed):
     assert sum("property of the log" in note for note in found.notes) == 1
     assert to_json(found)["timing"]["offset_s"] == found.timing.offset_s
     assert not extended_model(found).effects and not found.motor.effects and not found.linear.effects
+
+
+def test_an_offset_that_does_not_show_is_within_the_errors():
+    """Half a percent of a tick: L/R takes it up, and moves the pole by twenty of the errors that it would have."""
+    truth, found = of(9)
+    assert not found.effects and found.timing is None
+    assert (
+        abs(float(found.motor.linear.pole) - truth.pole) < 1.96 * found.standard_error["pole_rad_s"] < 0.01 * truth.pole
+    )
+    assert found.standard_error["pole_rad_s"] >= float(found.fit.standard_error.pole)
