@@ -95,6 +95,22 @@ def columns_beside(
     return tuple(one for its in of for one in its)
 
 
+def columns_at(
+    solver: Solver,
+    base: Fitted,
+    rig: Rig,
+    effects: Sequence[type[AbstractEffect]],
+    parameter: str,
+    values: Sequence[float],
+) -> tuple[EffectColumns, ...]:
+    """Of those of `effects` that the recording could show, beside all that `base` has, at these values of a parameter
+    that is not fitted."""
+    first = [effect.starts(rig)[:2] for effect in effects if effect.name not in base.names]
+    starts = [tuple(one.but(**{parameter: value}) for value in values for one in own) for own in first if own]
+    of = side_by_side(lambda own: _effect_columns(solver, base.motor, base.speeds, base.residual, own), starts)
+    return tuple(one for its in of for one in its)
+
+
 def best_beside(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]) -> list[Candidate]:
     """The `starts` of one effect beside `base` with all that it has, by their scores, the best first."""
     columns = _effect_columns(solver, base.motor, base.speeds, base.residual, starts)

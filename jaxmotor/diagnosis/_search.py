@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from jaxmotor.diagnosis._cycles import Repeats
 from jaxmotor.diagnosis._found import COARSE, FINE, LEAST, NAMED, NEARLY, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._level import is_as_likely, ties_of
@@ -26,6 +27,7 @@ from jaxmotor.diagnosis._score_test import (
     apparent_delay,
     best_as_simulated,
     candidates,
+    columns_at,
     columns_beside,
     effect_columns,
 )
@@ -50,6 +52,8 @@ FEW, DEPTH = 2, 4
 """Effects in one motor: those after which laws that are sought last are tried, and at most."""
 NEAR = 0.2
 """Change of log gain and log pole up to which scores are good for another motor."""
+CYCLES = "cycles_per_rev"
+"""The parameter of laws that repeat with the angle."""
 GROWS, HOPELESS = 0.3, 0.02
 """Part of the best model's weight that the best of a size must have for larger ones to be sought, or an effect must
 promise beside a motor that leaves but the known noise; and that each must have to be extended."""
@@ -97,6 +101,7 @@ class Search:
         self.challenged: list[Fitted] = []
         """Those in which effects that are alike have been tried in each other's place."""
         self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
+        self.repeats = Repeats(solver)
 
     def run(self, last: Callable[[Fitted], None]) -> Found:
         """The effects; none if nothing pays. Where two of the usual ones leave something, `last` fits others beside the
@@ -389,12 +394,18 @@ class Search:
 
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         """The candidates' columns beside `base`; of those whose programs would be new, at about its gain and pole."""
-        bare = self._bare_columns(base)
+        bare = (*self._bare_columns(base), *self._wave_columns(base))
         if self._is_quiet(base) or not self._causes(base):
             return bare
         beside = columns_beside(self.solver, base, self.rig, self.solver.request.asked())
         known = {one.name for one in beside}
         return (*beside, *(one for one in bare if one.name not in known))
+
+    def _wave_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
+        """Of laws that repeat with the angle, at numbers of cycles at which the residual does."""
+        numbers = () if self._is_quiet(base) else self.repeats.of(base)
+        asked = [effect for effect in self.solver.request.asked() if CYCLES in parameters(effect)]
+        return columns_at(self.solver, base, self.rig, asked, CYCLES, numbers) if numbers else ()
 
     def _bare_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         for near, known in self.scores:

@@ -110,11 +110,11 @@ def first_order(
     decay_or_end, inject[ends] = np.where(ends[:, None], 0.0, decay), 0.0
     begins = np.append((start * rows.free * rows.reset)[1:], 0.0)
     inject[ends] += begins[ends, None]
-    speed = _states(decay_or_end, inject, np.full(len(poles), start[0] * rows.free[0]))
+    speed = states(decay_or_end, inject, np.full(len(poles), start[0] * rows.free[0]))
     return speed, drives * rows.duration[:, None] + (speed - drives) * (1 - decay) / poles
 
 
-def _states(decay: np.ndarray, inject: np.ndarray, first: np.ndarray) -> np.ndarray:
+def states(decay: np.ndarray, inject: np.ndarray, first: np.ndarray) -> np.ndarray:
     """(n, c) x of x[k+1] = decay[k] x[k] + inject[k] (n, c), from the `first` (c,).
 
     About √n blocks of rows side by side, each from zero; then what each block ends with goes into the next one.

@@ -1,6 +1,7 @@
-"""A weight on an arm in a position loop: without it the simulated shaft never stands where the measured one does."""
+"""Torques of the angle in a position loop: without them the simulated shaft never stands where the measured one does."""
 
 import numpy as np
+import pytest
 
 from jaxmotor import Recording, diagnose
 from jaxmotor.motor.effects import Cogging, Rig
@@ -12,8 +13,8 @@ PERIOD_S, FINE, ROWS = 0.01, 50, 3000
 SUPPLY_V, FULL, COUNTS = 9.0, 255, 4096
 
 
-def held_arm(seed: int) -> Recording:
-    """The angle, of an encoder, of an arm that a proportional loop moves to random places within less than a turn;
+def held(seed: int, volts: float = ARM_V, cycles: int = 1) -> Recording:
+    """The angle, of an encoder, of a shaft that a proportional loop moves to random places within less than a turn;
     Euler's method in steps of 0.2 ms."""
     rng = np.random.default_rng(seed)
     wanted = np.repeat(rng.uniform(-2.5, 2.5, ROWS // 100), 100)
@@ -23,7 +24,7 @@ def held_arm(seed: int) -> Recording:
         read[row] = np.floor(angle / (2 * np.pi) * COUNTS) * (2 * np.pi / COUNTS)
         duty[row] = np.round(np.clip(0.6 * (wanted[row] - read[row]), -1.0, 1.0) * FULL)
         for _ in range(FINE):
-            drive = SUPPLY_V * duty[row] / FULL - ARM_V * np.sin(angle) - speed / GAIN
+            drive = SUPPLY_V * duty[row] / FULL - volts * np.sin(cycles * angle) - speed / GAIN
             if speed == 0.0 and abs(drive) <= FRICTION_V:
                 break
             way = np.sign(speed) if speed else np.sign(drive)
@@ -34,12 +35,14 @@ def held_arm(seed: int) -> Recording:
     return from_arrays(time_s=time, duty=duty, duty_full_scale=FULL, supply_V=SUPPLY_V, angle_rad=read)
 
 
-def test_an_arm_and_friction_are_found_in_a_position_loop() -> None:
-    found = diagnose(held_arm(3))
+@pytest.mark.parametrize(("volts", "cycles"), [(ARM_V, 1), (0.3, 17)])
+def test_an_arm_or_cogging_and_friction_are_found_in_a_position_loop(volts: float, cycles: int) -> None:
+    """More cycles than are always tried are those at which the residual repeats."""
+    found = diagnose(held(3, volts, cycles))
     assert {one.name for one in found.effects} == {"cogging", "coulomb_friction"}
     arm = next(one for one in found.effects if one.name == "cogging")
-    assert arm.parameters["cycles_per_rev"] == 1
-    np.testing.assert_allclose(arm.parameters["volts_V"], ARM_V, rtol=0.03)
+    assert arm.parameters["cycles_per_rev"] == cycles
+    np.testing.assert_allclose(arm.parameters["volts_V"], volts, rtol=0.03)
     assert found.verdict == "extended"
     gain, pole = float(found.motor.linear.gain), float(found.motor.linear.pole)
     assert abs(gain - GAIN) < 2 * found.standard_error["gain_rad_s_V"] + 0.01 * GAIN
@@ -47,8 +50,12 @@ def test_an_arm_and_friction_are_found_in_a_position_loop() -> None:
 
 
 def test_an_arm_needs_no_whole_turn_but_a_swing() -> None:
-    """Within less than a turn only one cycle in a turn is sought, and none where it could be but a constant load."""
-    rig = Rig(9.0, (3.0, 6.0), 30.0, 0.01, 30.0, turns=False, swing_rad=3.0)
-    assert {float(one.cycles_per_rev) for one in Cogging.starts(rig)} == {1.0}
-    assert not Cogging.starts(rig._replace(swing_rad=0.3))
-    assert len({float(one.cycles_per_rev) for one in Cogging.starts(rig._replace(turns=True))}) == 12
+    """Of other numbers a whole cycle; and none where it could be but a constant load."""
+    rig = Rig(9.0, (3.0, 6.0), 30.0, 0.01, 30.0, turns=False, swing_rad=1.5)
+
+    def cycles(rig: Rig) -> set[float]:
+        return {float(one.cycles_per_rev) for one in Cogging.starts(rig)}
+
+    assert cycles(rig) == {1.0, *range(5, 13)}
+    assert not cycles(rig._replace(swing_rad=0.3))
+    assert cycles(rig._replace(turns=True)) == {*range(1, 13)}

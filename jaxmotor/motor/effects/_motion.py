@@ -146,8 +146,9 @@ class Cogging(AbstractMotionEffect, AbstractTorqueEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        most = 12 if rig.turns else int(rig.swing_rad >= ARM_RAD)
-        waves = [(n, phase) for n in range(1, most + 1) for phase in (0.0, 0.5 * np.pi)]
+        # A whole cycle at least; of an arm less will do.
+        seen = [n for n in range(1, 13) if rig.turns or n * rig.swing_rad >= (ARM_RAD if n == 1 else 2 * np.pi)]
+        waves = [(n, phase) for n in seen for phase in (0.0, 0.5 * np.pi)]
         return tuple(cls.of(volts_V=0.04 * rig.supply_V, cycles_per_rev=n, phase_rad=phase) for n, phase in waves)
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
