@@ -77,7 +77,7 @@ class Repeats:
         self.waves: list[tuple[float, Waves]] = []
         """By log pole."""
 
-    def of(self, base: Fitted) -> tuple[int, ...]:
+    def of(self, base: Fitted) -> tuple[float, ...]:
         """Numbers of cycles in a turn at which what `base` leaves repeats, the clearest first; none where the angle is
         not known."""
         if self.solver.trial.angle is None:
@@ -85,7 +85,7 @@ class Repeats:
         waves = self._waves(float(base.free[1]))
         shares = waves.shares(without_own(base, base.residual))
         order = np.argsort(-shares)[:TRIED]
-        return tuple(int(waves.numbers[place]) for place in order if shares[place] > CHANCE * np.median(shares))
+        return tuple(float(waves.numbers[place]) for place in order if shares[place] > CHANCE * np.median(shares))
 
     def _waves(self, log_pole: float) -> Waves:
         known = next((waves for near, waves in self.waves if abs(near - log_pole) < NEAR), None)
