@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from jaxmotor.diagnosis import BeforeAfter, Diagnosis, FoundEffect
+from jaxmotor.estimate import STAMPS
 from jaxmotor.text import (
     LOOP,
     allowing,
@@ -160,6 +161,7 @@ def _notes(diagnosis: Diagnosis) -> list[str]:
     # What the linear motor lacks is explained; how the log was made is not.
     told = set(diagnosis.fit.notes if diagnosis.verdict != "unexplained" else ())
     told -= {one.sentence for one in (diagnosis.average, diagnosis.timing) if one is not None}
+    told = {note for note in told if not note.startswith(STAMPS)}
     return [printable(note) for note in diagnosis.notes if note not in told]
 
 

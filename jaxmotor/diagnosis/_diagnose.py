@@ -43,8 +43,9 @@ from jaxmotor.diagnosis._weighed import (
     judged_by,
     probabilities,
 )
-from jaxmotor.estimate import Fit, best_guess, identify
+from jaxmotor.estimate import STAMPS, Fit, best_guess, identify
 from jaxmotor.motor.effects import AbstractDisturbance
+from jaxmotor.prediction import as_angles
 from jaxmotor.recording import Recording, check, recording_of
 
 EARLY = (
@@ -78,6 +79,8 @@ def diagnose(
     request = Request(effects, exclude, on_progress)
     request.tell(0)
     fit, refused = _linear_fit(recording, seed)
+    if recording.measured == "count" and not fit.floor_known:
+        recording = as_angles(recording)
     known = explained(recording, fit, request, seed)
     fit, study, found, before, after = known.fit, known.study, known.found, known.before, known.after
     held = hold_out(study, found)
@@ -131,6 +134,7 @@ def diagnose(
             ),
             *ambiguous(found.fitted, spread, indistinguishable),
             *(one.sentence for one in (fit.average, timing) if one is not None),
+            *(note for note in fit.notes if note.startswith(STAMPS)),
             *(one.note for one in opened),
             *([BEGINS] if study.recording.segments[0].begins_rad is not None else []),
             *([EARLY] if verdict == "unexplained" and is_applied_until_row(study.recording, found.fitted) else []),

@@ -14,6 +14,7 @@ from jaxmotor.estimate._fit import Fit as Fit
 from jaxmotor.estimate._fit import Trace as Trace
 from jaxmotor.estimate._frequency_response import FrequencyResponse as FrequencyResponse
 from jaxmotor.estimate._identify import NOT_CONVERGED as NOT_CONVERGED
+from jaxmotor.estimate._identify import STAMPS as STAMPS
 from jaxmotor.estimate._identify import Prepared as Prepared
 from jaxmotor.estimate._identify import agreement as agreement
 from jaxmotor.estimate._identify import best_guess as best_guess

@@ -25,7 +25,7 @@ from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor import FirstOrder
-from jaxmotor.prediction import Packed, Problem, as_problem, holding, pack, without_transients
+from jaxmotor.prediction import Packed, Problem, as_angles, as_problem, coarse_stamps, holding, pack, without_transients
 from jaxmotor.recording import Recording, Which, check, chosen_segments, recording_of
 
 METHODS = Literal["exact", "paper"]
@@ -34,6 +34,8 @@ FIRST_OFFSET_ROWS = 0.05
 """Timing offset from which it is sought."""
 ONE_VOLTAGE = 0.01
 """Part of a voltage by which others are no second one."""
+STAMPS = "the time stamps are coarse: "
+"""How the note on them begins."""
 NOT_CONVERGED = "the fit to the frequency response did not converge; gain and pole come from the whole recording"
 
 
@@ -145,6 +147,11 @@ def prepare(recording: Recording, hold_out: Which = (), few_shapes: bool = False
     notes = check(recording)
     held_out = chosen_segments(recording, hold_out)
     fitted = _fitted(recording, held_out)
+    resolution = coarse_stamps(recording, fitted)
+    if resolution is not None:
+        recording = as_angles(recording)
+        coarse = f"{STAMPS}whole multiples of {1e3 * resolution:g} ms bring more error than the encoder's rounding"
+        notes = (*notes, f"{coarse}, so the error of a reading is estimated; print the time in microseconds")
     average = average_seen(recording, fitted)
     if average is not None:
         recording = stated(recording, average)

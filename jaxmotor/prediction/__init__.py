@@ -48,3 +48,5 @@ from jaxmotor.prediction._shaft import supply_of as supply_of
 from jaxmotor.prediction._smoothing import Smoothing as Smoothing
 from jaxmotor.prediction._smoothing import smoothing as smoothing
 from jaxmotor.prediction._smoothing import unsmoothed as unsmoothed
+from jaxmotor.prediction._stamps import as_angles as as_angles
+from jaxmotor.prediction._stamps import coarse_stamps as coarse_stamps
