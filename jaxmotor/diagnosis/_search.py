@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from jaxmotor.diagnosis._cycles import Repeats
-from jaxmotor.diagnosis._found import COARSE, FINE, LEAST, NAMED, NEARLY, Explained, Found, Named
+from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, LEAST, NAMED, NEARLY, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
 from jaxmotor.diagnosis._level import is_as_likely, ties_of
 from jaxmotor.diagnosis._parallel import side_by_side
@@ -376,6 +376,8 @@ class Search:
         would be as good as certain."""
         if not self.explained.holds(fitted):
             return fitted.chi2 > self.least(shorter, LEAST)
+        if not self.solver.noise_known and shorter.chi2 < 1:
+            return shorter.chi2 - fitted.chi2 < INEXACT**2 * self.linear.chi2
         nearly = self.explained.enough(fitted, NEARLY)
         return self.solver.noise_known and fitted.chi2 > max(nearly, self.least(shorter, SHARE))
 

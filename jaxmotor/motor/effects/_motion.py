@@ -129,9 +129,9 @@ class Cogging(AbstractMotionEffect, AbstractTorqueEffect):
 
     name: ClassVar[str] = "cogging"
     family: ClassVar[str] = "angle"
-    says: ClassVar[str] = (
-        "a torque locked to the shaft's angle takes up to {volts_V}, {cycles_per_rev} times per turn (once per turn: a "
-        "weight on an arm, or something unbalanced)"
+    says: ClassVar[str] = "a torque locked to the shaft's angle takes up to {volts_V}, {cycles_per_rev} times per turn"
+    says_once: ClassVar[str] = (
+        "gravity on an arm, or something unbalanced: a torque of one cycle in a turn takes up to {volts_V}"
     )
     advice: ClassVar[str] = (
         "Look for magnets and slots, or a gear out of true, of that number per turn, or for a weight on an arm if it "
@@ -150,6 +150,10 @@ class Cogging(AbstractMotionEffect, AbstractTorqueEffect):
         seen = [n for n in range(1, 13) if rig.turns or n * rig.swing_rad >= (ARM_RAD if n == 1 else 2 * np.pi)]
         waves = [(n, phase) for n in seen for phase in (0.0, 0.5 * np.pi)]
         return tuple(cls.of(volts_V=0.04 * rig.supply_V, cycles_per_rev=n, phase_rad=phase) for n, phase in waves)
+
+    def told(self) -> tuple[str, dict[str, float]]:
+        says, values = super().told()
+        return self.says_once if float(self.cycles_per_rev) == 1 else says, values
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del speed
