@@ -19,12 +19,13 @@ from jaxmotor.motor.effects import (
     OF_LOG,
     AbstractDisturbance,
     AbstractEffect,
+    SensorLag,
     free_size,
     parameters,
     to_free,
     values_at,
 )
-from jaxmotor.motor.effects._base import OWN_LAG_S, AbstractLagEffect, AbstractLoadEffect
+from jaxmotor.motor.effects._base import OWN_LAG_S, AbstractLagEffect, AbstractLagSensorEffect, AbstractLoadEffect
 from jaxmotor.prediction import LAG_S
 
 VISCOUS_SHARE = (0.045, 0.02)
@@ -33,6 +34,8 @@ NO_LAG_S = (0.0, 1e-9)
 """Mean and spread of L/R beside such an effect."""
 LAG_STEP_S = 3e-6
 """Of L/R, over which residuals are differenced."""
+SAME = 0.2
+"""Change of the logarithm by which pole and lag are no two."""
 OWN = 4
 """Free numbers of the motor without effects."""
 
@@ -165,6 +168,25 @@ def with_effect(motor: Motor, effect: AbstractEffect) -> Motor:
     assert isinstance(motor.linear, SecondOrder)
     lag = 0.0 if _is_lag((effect,)) else float(motor.linear.electrical_time_constant)
     return linear_of(float(motor.linear.gain), pole, lag, float(motor.viscous_share), (*motor.effects, effect))
+
+
+def turned_about(motor: Motor) -> Motor | None:
+    """`motor` whose pole is its lag, and whose readings lag by its pole; None where it has no such lag, nothing that
+    acts between the two, or a load."""
+    lags = [effect for effect in motor.effects if _is_turnable(effect)]
+    others = [effect for effect in motor.effects if not _is_turnable(effect) and not isinstance(effect, OF_LOG)]
+    if len(lags) != 1 or not others or any(isinstance(effect, AbstractLoadEffect) for effect in others):
+        return None
+    lag, pole = float(lags[0].time_constant_s), float(motor.linear.pole)  # pyright: ignore[reportAttributeAccessIssue]
+    if not lag > 0 or abs(math.log(lag * pole)) < SAME:
+        return None
+    bare = without_effect(motor, lags[0].name)
+    faster = linear_of(float(motor.linear.gain), 1 / lag, LAG_S[0], float(motor.viscous_share), bare.effects)
+    return with_effect(faster, SensorLag.of(time_constant_s=1 / pole))
+
+
+def _is_turnable(effect: AbstractEffect) -> bool:
+    return isinstance(effect, (AbstractLagEffect, AbstractLagSensorEffect)) and not isinstance(effect, OF_LOG)
 
 
 def of_motor(motor: Motor) -> Motor:

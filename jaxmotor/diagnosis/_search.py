@@ -14,7 +14,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._cycles import Repeats
 from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, LEAST, NAMED, NEARLY, Explained, Found, Named
-from jaxmotor.diagnosis._free import is_wide, with_effect, without_effect
+from jaxmotor.diagnosis._free import is_wide, turned_about, with_effect, without_effect
 from jaxmotor.diagnosis._level import is_as_likely, ties_of
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
@@ -39,6 +39,7 @@ from jaxmotor.motor.effects import (
     AbstractLearnedEffect,
     AbstractLoadEffect,
     Rig,
+    SensorLag,
     parameters,
 )
 
@@ -197,6 +198,17 @@ class Search:
             new = (motor for motor in self._likewise(base, beside=False) if _names(motor) not in self.visited.fitted)
             swapped += [(base, motor) for motor in new]
         self.visited.keep(side_by_side(lambda task: self._fit(*task, FAR * fitted.chi2), swapped))
+        self._turn_about(fitted)
+
+    def _turn_about(self, fitted: Fitted) -> None:
+        """Fit the motor whose lag is the pole of `fitted`, and whose pole is its lag, with what is alike in the place
+        of each effect. Of a linear motor it is the same; friction acts before the slower one or after it."""
+        turned = turned_about(fitted.motor)
+        if turned is None or SensorLag.name not in self.solver.request.effects:
+            return
+        other = self._fit(fitted, turned)
+        alike = [motor for motor in self._likewise(other, beside=False) if SensorLag.name in _names(motor)]
+        self.visited.keep([other, *side_by_side(lambda motor: self._fit(other, motor, FAR * fitted.chi2), alike)])
 
     def _likewise(self, fitted: Fitted, *, beside: bool) -> list[Motor]:
         """`fitted` with effects that are alike in each other's place, or `beside` each other with half the size."""
