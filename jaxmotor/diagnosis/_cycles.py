@@ -21,6 +21,11 @@ ENOUGH_ROWS = 20_000
 """The first of a log, which decide."""
 CHANCE = 12.0
 """Times the median of all n, that one must take up."""
+SEEN = 0.3
+"""Mean square that averaging over the rows in motion must leave of a wave, over what it is without: one of which whole
+cycles are in most rows would need a torque that no motor has."""
+STILL = 0.02
+"""Turn in a row, over the largest one, up to which the shaft hardly moves."""
 TRIED = 2
 """Numbers of cycles at most."""
 NEAR = 0.7
@@ -42,14 +47,16 @@ class Waves:
         duration = np.broadcast_to(np.asarray(batch.duration), shape).reshape(-1)[used]
         self.lag = np.where(begins, 0.0, np.exp(-pole_rad_s * duration))
         self.memory = np.where(begins, 0.0, float(solver.trial.memory))
-        self.numbers = np.arange(LEAST, MOST + 1)
+        turns = self.turn[np.abs(self.turn) > STILL * np.abs(self.turn).max(initial=0.0)]
+        seen = [n for n in range(LEAST, MOST + 1) if len(turns) and np.mean(_smear(turns, n) ** 2) > SEEN]
+        self.numbers = np.array(seen, int)
         parts = [self.numbers[begin : begin + AT_ONCE] for begin in range(0, len(self.numbers), AT_ONCE)]
-        self.columns = np.concatenate([self._of(part) for part in parts], axis=1)
+        self.columns = np.concatenate([np.zeros((len(self.rows), 0)), *map(self._of, parts)], axis=1)
 
     def _of(self, numbers: np.ndarray) -> np.ndarray:
         """(n, 2 numbers) sines, then cosines of each number."""
         phase = self.middle[:, None] * numbers
-        smear = np.sinc(self.turn[:, None] * numbers / (2 * np.pi))
+        smear = _smear(self.turn[:, None], numbers)
         waves = np.stack([np.sin(phase) * smear, np.cos(phase) * smear], axis=2).reshape(len(phase), -1)
         for decay, drive in ((self.lag, 1 - self.lag), (self.memory, np.ones_like(self.memory))):
             keep = np.broadcast_to(decay[:, None], waves.shape)
@@ -69,6 +76,11 @@ class Waves:
         return taken / max(square_of(left), 1e-300)
 
 
+def _smear(turn: np.ndarray, cycles: np.ndarray | int) -> np.ndarray:
+    """What a mean over a row leaves of a wave while the shaft turns so far [rad]."""
+    return np.sinc(turn * cycles / (2 * np.pi))
+
+
 class Repeats:
     """Looks for them in what motors leave."""
 
@@ -84,6 +96,8 @@ class Repeats:
             return ()
         waves = self._waves(float(base.free[1]))
         shares = waves.shares(without_own(base, base.residual))
+        if not len(shares):
+            return ()
         order = np.argsort(-shares)[:TRIED]
         return tuple(float(waves.numbers[place]) for place in order if shares[place] > CHANCE * np.median(shares))
 
