@@ -6,10 +6,10 @@ Random linear motors under voltages of random height and length, simulated exact
 the mean over 1 to 20 rows, or comes through a first-order filter of 0.5 to 5 rows; rows are even or not; the noise, 0.1
 to 5 % of the motion, is white or an autoregression whose memory is up to 20 rows. "Smoothed" speeds have no such noise:
 they are what an encoder counted in each row (30 to 1000 counts at the highest speed), smoothed from row to row with a
-weight of 0.1 to 0.8 and printed in rpm with two decimals. The header states the window, or
-nothing of how the speeds were made: a window is near where it is within 5 % of the true one. `--diagnose` diagnoses
-the logs that state nothing instead. Where a filter is slower than its motor the pole is that of the filter: which of
-the two is which no log of speeds says.
+weight of 0.1 to 0.8 and printed in rpm with two decimals. The header states the window, or nothing of how the speeds
+were made: a window is near where it is within 5 % of the true one. `--diagnose` diagnoses the logs that state nothing
+instead. Where a filter is slower than its motor the pole is that of the filter: which of the two is which no log of
+speeds of a linear motor says.
 """
 
 import dataclasses

@@ -54,7 +54,7 @@ class Waves:
         self.columns = np.concatenate([np.zeros((len(self.rows), 0)), *map(self._of, parts)], axis=1)
 
     def _of(self, numbers: np.ndarray) -> np.ndarray:
-        """(n, 2 numbers) sines, then cosines of each number."""
+        """(n, 2 numbers) sine and cosine of each number, one number after the other."""
         phase = self.middle[:, None] * numbers
         smear = _smear(self.turn[:, None], numbers)
         waves = np.stack([np.sin(phase) * smear, np.cos(phase) * smear], axis=2).reshape(len(phase), -1)
@@ -82,7 +82,7 @@ def _smear(turn: np.ndarray, cycles: np.ndarray | int) -> np.ndarray:
 
 
 class Repeats:
-    """Looks for them in what motors leave."""
+    """Numbers of cycles, looked for in what motors of one search leave."""
 
     def __init__(self, solver: Solver):
         self.solver = solver

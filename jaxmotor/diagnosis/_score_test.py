@@ -87,9 +87,9 @@ def columns_beside(
     """Of those of `effects` that share the program of `base`: what they change beside all that `base` has. A motor that
     is held at rest, or that a load drives, shows little of what they do to one without."""
     level = shared_level(base.motor) if solver.is_short else None
-    simple = [
-        one for one in effects if one.program_level is not None and level is not None and one.program_level <= level
-    ]
+    if level is None:
+        return ()
+    simple = [one for one in effects if one.program_level is not None and one.program_level <= level]
     starts = [one.starts(rig) for one in simple if not one.sought_last and one.name not in base.names]
     of = side_by_side(lambda own: _effect_columns(solver, base.motor, base.speeds, base.residual, own), starts)
     return tuple(one for its in of for one in its)

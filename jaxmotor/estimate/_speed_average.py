@@ -42,8 +42,8 @@ class SpeedAverage:
     as_even: bool = False
     """What the shaft turned in `rows` rows was divided by their usual length, not by the time that they took."""
     weight: float | None = None
-    """Each speed is so much of the mean over its row, and the rest of the speed before it (exponential smoothing); this
-    is undone before anything is fitted. None: it was not smoothed so."""
+    """Each speed is so much [1] of the mean over its row, and the rest of the speed before it (exponential smoothing);
+    this is undone before anything is fitted. None: it was not smoothed so."""
 
     @property
     def is_fitted(self) -> bool:

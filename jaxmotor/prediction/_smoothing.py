@@ -70,8 +70,8 @@ class _Steps(NamedTuple):
         rows = {name: getattr(self, name)[which] for name in ("now", "before", "scale", "drive")}
         return self._replace(**rows)
 
-    def raw(self, weight: np.ndarray | float) -> np.ndarray:
-        """x, (..., n) of b (..., 1)."""
+    def raw(self, weight: float) -> np.ndarray:
+        """(n,) x at b."""
         return (self.now - (1 - weight) * self.before) / weight * self.scale
 
     def finest(self, weight: float) -> float:
@@ -128,7 +128,7 @@ def _rows_of(segment: Segment) -> tuple[np.ndarray, ...]:
     length = np.diff(segment.time_s)
     follows = np.ones(len(length), bool) if segment.tick is None else np.diff(segment.tick) == 1
     volts = segment.volts
-    earlier = np.concatenate([volts[:1], volts[:-2]])
+    earlier = np.concatenate([volts[:1], volts[:-2]])[: len(length)]
     columns = (segment.speed_rad_s[1:], segment.speed_rad_s[:-1], length, volts[1:], volts[:-1], earlier)
     return tuple(column[follows] for column in columns)
 
@@ -151,7 +151,7 @@ def _found(steps: _Steps) -> tuple[float, Smoothing] | None:
 
 
 def _best_q(steps: _Steps, weight: float) -> tuple[float, float]:
-    """The largest R² of an b, and its 1/q [s/rad]."""
+    """The largest R² of one b, and its 1/q [s/rad]."""
     x = steps.raw(weight)
     most = min(1 / steps.finest(weight), LEVELS / max(float(np.ptp(x)), 1e-300))
     bins = np.rint((x - x.min()) * 2 * most).astype(int)
@@ -167,11 +167,8 @@ def _best_q(steps: _Steps, weight: float) -> tuple[float, float]:
 def _finer(steps: _Steps, weight: float, rate: float) -> tuple[float, float]:
     """b and 1/q near these with the largest R². In rows whose speed changes little, which come first, it depends least
     on them: the others join in from round to round."""
-    wide, odds = (
-        np.array([_odds(WEIGHTS[1]) - _odds(WEIGHTS[0]), 0.5 / float(np.ptp(steps.raw(weight)))]),
-        _odds(weight),
-    )
-    grid = np.linspace(-1, 1, POINTS)
+    odds, grid = _odds(weight), np.linspace(-1, 1, POINTS)
+    wide = np.array([_odds(WEIGHTS[1]) - _odds(WEIGHTS[0]), 0.5 / float(np.ptp(steps.raw(weight)))])
     for number in range(ROUNDS):
         used = steps.of(np.arange(len(steps.now) * (ROUNDS + number) // (2 * ROUNDS - 1)))
         odds_each, rates = odds + wide[0] * grid, np.maximum(rate + wide[1] * grid, 0.1 * rate)

@@ -12,7 +12,7 @@ from jaxmotor import Recording, identify, validate
 from jaxmotor.estimate import read_model
 from jaxmotor.estimate._model_file import to_json
 from jaxmotor.prediction import smoothing, unsmoothed
-from jaxmotor.recording import from_arrays
+from jaxmotor.recording import Segment, from_arrays
 
 GAIN, POLE = 8.0, 18.0
 """[rad/s/V, rad/s]"""
@@ -69,6 +69,16 @@ def test_nothing_is_found_where_nothing_was_smoothed() -> None:
     plain = log(2, 1.0)
     assert smoothing(plain, (0,)) is None
     assert smoothing(dataclasses.replace(log(2, 0.3), speed_window_s=0.02), (0,)) is None
+
+
+def test_segments_of_one_row_say_nothing() -> None:
+    one = log(1, 0.3)
+    [long] = one.segments
+    about = (long.kind, 0.0, True, {}, long.time_s[:1], long.volts[:1])
+    short = Segment(*about, tick=np.arange(1), speed_rad_s=np.zeros(1))
+    assert smoothing(dataclasses.replace(one, segments=(short,)), (0,)) is None
+    found = smoothing(dataclasses.replace(one, segments=(short, long)), (0, 1))
+    assert found is not None and abs(found.weight - 0.3) < 1e-3
 
 
 def test_smoothed_speeds_that_were_not_counted_are_no_multiples() -> None:
