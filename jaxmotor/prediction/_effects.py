@@ -142,7 +142,8 @@ def _rows(values: Array, begin: Int[Array, ""], chunk: int) -> Array:
 def _mean_speed(
     run: Run, problem: Problem, windows: Windows, chunk: int, used: Int[Array, ""]
 ) -> Float[Array, "row *motors sequence"]:
-    """Mean over the window before each of the `used` rows; within the row in which it begins the speed is a parabola.
+    """Mean over the window before each of the `used` rows, or the speed at the row where a window has no length; within
+    the row in which it begins the speed is a parabola.
 
     Some rows at a time: a log may fill a small part of the rows for which its program was compiled.
     """
@@ -161,7 +162,9 @@ def _mean_speed(
         before, begin, end, turn, length = (jnp.take_along_axis(values, window.first, axis=0) for values in every)
         share, rise, mean = window.part / length, (end - begin) * length, turn - begin * length
         inside = window.part * begin + share**2 * (3 * mean - rise + share * (rise - 2 * mean))
-        mean_speed = (_rows(angle, at, chunk) - before - inside + window.before) / window.length
-        return jax.lax.dynamic_update_slice_in_dim(means, mean_speed, at, 0)
+        turned = _rows(angle, at, chunk) - before - inside + window.before
+        at_once = _rows(run.sensed_speed, at, chunk)
+        speed = jnp.where(window.length > 0, turned / jnp.where(window.length > 0, window.length, 1.0), at_once)
+        return jax.lax.dynamic_update_slice_in_dim(means, speed, at, 0)
 
     return jax.lax.fori_loop(0, (used + chunk - 1) // chunk, some, jnp.zeros_like(angle))

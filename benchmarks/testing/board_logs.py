@@ -1,0 +1,251 @@
+"""Logs as the programs of small boards print them: an encoder or a sensor is read, the duty set, a line printed.
+
+Each program has its own sensor, units, loop and format, and is imported as its user would; in the motor is what the
+program's name says, and friction.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from testing.board_motor import BoardMotor, draw_motor, rpm
+
+FULL = 255
+FRICTION = frozenset({"coulomb_friction", "dead_zone", "stiction", "bristle_friction"})
+"""Names of which one is right where a shaft rubs: which of them is seen depends on how it moves."""
+
+
+@dataclasses.dataclass(frozen=True)
+class BoardLog:
+    """What was printed, and what `jaxmotor import` is told about it."""
+
+    text: str
+    flags: tuple[str, ...]
+    motor: BoardMotor
+    wanted: tuple[frozenset[str], ...]
+    """Of each set one effect is to be named, and nothing else."""
+
+
+Program = Callable[[BoardMotor, np.random.Generator], tuple[list[str], list[str], list[frozenset[str]]]]
+Tick = tuple[float, int, BoardMotor]
+
+
+def draw_log(name: str, seed: int) -> BoardLog:
+    """What the program `name` of `PROGRAMS` prints with a motor drawn by `seed`."""
+    rng = np.random.default_rng([seed, *name.encode()])
+    motor = draw_motor(rng)
+    lines, flags, wanted = PROGRAMS[name](motor, rng)
+    return BoardLog("\n".join(lines) + "\n", tuple(flags), motor, (FRICTION, *wanted))
+
+
+def ticks(
+    motor: BoardMotor, duties: Callable[[float, BoardMotor], float], seconds: float, period_s: Callable[[], float]
+) -> Iterator[Tick]:
+    """(time, duty, motor) as a program sees them that reads, sets the duty [-255, 255], prints and waits."""
+    while motor.time_s < seconds:
+        duty = int(np.clip(round(duties(motor.time_s, motor)), -FULL, FULL))
+        yield motor.time_s, duty, motor
+        motor.advance(duty / FULL, period_s())
+
+
+def counts(motor: BoardMotor) -> int:
+    return math.floor(motor.angle_rad / (2 * math.pi) * motor.counts_per_rev)
+
+
+def steps(rng: np.random.Generator, held_s: float, low: int, high: int, *, both: bool = True) -> Callable[..., float]:
+    """Duties that are held, at random heights from `low` to `high`, now and then none."""
+    heights = rng.integers(low, high, 1000) * (rng.choice([-1, 1], 1000) if both else 1)
+    heights[::7] = 0
+    return lambda time_s, _: heights[int(time_s / held_s)]
+
+
+def measured_battery(motor: BoardMotor, rng: np.random.Generator):
+    """Counts every 10 ms, and the battery's voltage, which falls by a tenth and more under load."""
+    motor.battery_ohm = motor.resistance * rng.uniform(0.1, 0.2)
+    motor.battery_V = motor.supply_V
+    lines = ["t_ms,pwm,enc,vbat_mV"]
+    for time_s, duty, now in ticks(motor, steps(rng, 0.7, 60, 250), 60, lambda: 0.01):
+        # The converter is read with the encoder, before the duty is set.
+        lines.append(f"{1e3 * time_s:.0f},{duty},{counts(now)},{1e3 * now.battery_V:.0f}")
+    return lines, _counted(motor, "t_ms:ms", "enc", "--supply-column", "vbat_mV:mV"), []
+
+
+def smoothed_rpm(motor: BoardMotor, rng: np.random.Generator):
+    """Speeds every 20 ms, of counts, smoothed from row to row."""
+    lines, before, smooth = ["time pwm rpm"], 0, 0.0
+    share = rng.choice([0.1, 0.2, 0.3, 0.5])
+    for time_s, duty, now in ticks(motor, steps(rng, 0.6, 60, 250), 60, lambda: 0.02):
+        new = (counts(now) - before) / motor.counts_per_rev / 0.02 * 60
+        before = counts(now)
+        smooth += share * (new - smooth)
+        lines.append(f"{time_s:.2f} {duty} {smooth:.2f}")
+    return lines, ["--time", "time", *_duty(motor, "pwm"), "--speed", "rpm:rpm"], []
+
+
+def ramps(motor: BoardMotor, rng: np.random.Generator):
+    """Slow ramps up and down in percent, and steps; plain speeds of counts every 20 ms."""
+    lines, before, top = ["time_s;percent;speed"], 0, rng.uniform(70, 95)
+    heights = steps(rng, 0.8, 60, 250)
+
+    def percent(time_s: float, now: BoardMotor) -> float:
+        if time_s < 30:
+            return 2.55 * top * 4 * (abs((time_s / 15 + 0.75) % 1 - 0.5) - 0.25)
+        return heights(time_s, now)
+
+    for time_s, duty, now in ticks(motor, percent, 55, lambda: 0.02):
+        new = (counts(now) - before) / motor.counts_per_rev / 0.02
+        before = counts(now)
+        lines.append(f"{time_s:.2f};{100 * duty / FULL:.3f};{360 * new:.2f}")
+    supply = ["--supply", f"{motor.supply_V:g}"]
+    return lines, ["--time", "time_s", "--input", "percent:percent", *supply, "--speed", "speed:deg/s"], []
+
+
+def speed_loop(motor: BoardMotor, rng: np.random.Generator):
+    """A speed loop with changing set points; what it prints are counts."""
+    motor.static_Nm = motor.coulomb_Nm * rng.uniform(0.3, 0.8)
+    motor.slow_rad_s = 0.02 * motor.supply_V / motor.torque_Nm_A
+    top = motor.supply_V / motor.torque_Nm_A
+    points = top * rng.choice([-0.6, -0.3, -0.1, 0.0, 0.1, 0.3, 0.6], 200)
+    state = {"before": 0, "sum": 0.0}
+    lines = ["t_us\tset\tpwm\tcount"]
+
+    def pi(time_s: float, now: BoardMotor) -> float:
+        seen = (counts(now) - state["before"]) / now.counts_per_rev * 2 * math.pi / 0.01
+        state["before"] = counts(now)
+        error = points[int(time_s)] - seen
+        state["sum"] = float(np.clip(state["sum"] + error * 0.01 * 4 * FULL / top, -FULL, FULL))
+        return FULL / top * error + state["sum"]
+
+    for time_s, duty, now in ticks(motor, pi, 60, lambda: 0.01):
+        lines.append(f"{1e6 * time_s:.0f}\t{rpm(points[int(time_s)]):.1f}\t{duty}\t{counts(now)}")
+    return lines, _counted(motor, "t_us:us", "count"), []
+
+
+def arm(motor: BoardMotor, rng: np.random.Generator):
+    """A position loop that moves an arm, whose angle the board prints in degrees."""
+    motor.arm_Nm = motor.stall_Nm * rng.uniform(0.1, 0.3)
+    motor.counts_per_rev = max(motor.counts_per_rev, 1000.0)
+    duties = _position(motor, rng, reach_rad=1.2)
+    lines = ["t,u,deg"]
+    for time_s, duty, now in ticks(motor, duties, 60, lambda: 0.01):
+        lines.append(f"{time_s:.2f},{duty / FULL:.4f},{360 * counts(now) / now.counts_per_rev:.3f}")
+    supply = ["--supply", f"{motor.supply_V:g}"]
+    return lines, ["--time", "t", "--input", "u:duty:1", *supply, "--angle", "deg:deg"], [frozenset({"cogging"})]
+
+
+def detents(motor: BoardMotor, rng: np.random.Generator):
+    """A position loop; the rotor's magnets hold on to the iron."""
+    motor.detents = int(rng.choice([5, 8, 12, 20]))
+    motor.detent_Nm = motor.coulomb_Nm * rng.uniform(0.6, 1.2)
+    motor.counts_per_rev = max(motor.counts_per_rev, 1500.0)
+    lines = ["ms,pwm,ticks"]
+    for time_s, duty, now in ticks(motor, _position(motor, rng, reach_rad=6.0), 60, lambda: 0.01):
+        lines.append(f"{1e3 * time_s:.0f},{duty},{counts(now)}")
+    return lines, _counted(motor, "ms:ms", "ticks"), [frozenset({"cogging"})]
+
+
+def fan(motor: BoardMotor, rng: np.random.Generator):
+    """A propeller, driven one way; pulses of one magnet sensor since the last line."""
+    top = motor.supply_V / motor.torque_Nm_A
+    motor.drag = motor.stall_Nm * rng.uniform(0.4, 0.8) / top**2
+    motor.counts_per_rev = float(rng.integers(60, 400))
+    lines, before = ["t,duty,pulses"], 0
+    for time_s, duty, now in ticks(motor, steps(rng, 0.9, 50, 255, both=False), 70, lambda: 0.01):
+        lines.append(f"{time_s:.2f},{duty},{counts(now) - before}")
+        before = counts(now)
+    flags = ["--time", "t", *_duty(motor, "duty"), "--pulses", "pulses"]
+    return lines, [*flags, "--counts-per-rev", f"{motor.counts_per_rev:g}"], [frozenset({"quadratic_drag"})]
+
+
+def magnet(motor: BoardMotor, rng: np.random.Generator):
+    """A magnet on the shaft, read in 4096 steps of a turn and printed in degrees; it sits a little off the axis."""
+    off, phase = rng.uniform(0.005, 0.02), rng.uniform(0, 2 * math.pi)
+    _slow(motor)
+    lines = ["millis,pwm,angle"]
+    for time_s, duty, now in ticks(motor, steps(rng, 0.5, 60, 250), 60, lambda: 0.01):
+        seen = now.angle_rad + off * math.sin(now.angle_rad + phase)
+        step = math.floor(seen / (2 * math.pi) * 4096) % 4096
+        lines.append(f"{1e3 * time_s:.0f},{duty},{360 * step / 4096:.2f}")
+    flags = ["--time", "millis:ms", *_duty(motor, "pwm"), "--angle", "angle:deg", "--wrap", "turn"]
+    return lines, flags, [frozenset({"encoder_eccentricity"})]
+
+
+def tachometer(motor: BoardMotor, rng: np.random.Generator):
+    """A small dynamo behind a filter of some milliseconds, read with ten bits and printed in rpm."""
+    top = motor.supply_V / motor.torque_Nm_A
+    motor.lag_s = rng.uniform(0.005, 0.03)
+    lines = ["t,pwm,rpm"]
+    for time_s, duty, now in ticks(motor, steps(rng, 0.5, 60, 250), 60, lambda: 0.005):
+        reading = round(512 + 500 * now.seen_rad_s / top + rng.normal(0, 0.7))
+        lines.append(f"{time_s:.3f},{duty},{rpm((reading - 512) / 500 * top):.2f}")
+    lags = frozenset({"sensor_lag", "transport_delay", "electrical_pole"})
+    return lines, ["--time", "t", *_duty(motor, "pwm"), "--speed", "rpm:rpm"], [lags]
+
+
+def busy_loop(motor: BoardMotor, rng: np.random.Generator):
+    """A loop that runs as fast as its other work lets it; `millis()` is its clock."""
+    lines = ["millis,pwm,count"]
+    for time_s, duty, now in ticks(motor, steps(rng, 0.6, 60, 250), 45, lambda: rng.uniform(0.005, 0.013)):
+        lines.append(f"{math.floor(1e3 * time_s)},{duty},{counts(now)}")
+    return lines, _counted(motor, "millis:ms", "count"), []
+
+
+def falling_battery(motor: BoardMotor, rng: np.random.Generator):
+    """A battery that falls by a few percent, which is not logged; random steps every 10 ms."""
+    motor.falls_per_s = rng.uniform(0.04, 0.12) / 90
+    lines = ["t,pwm,count"]
+    for time_s, duty, now in ticks(motor, steps(rng, 0.25, 40, 250), 90, lambda: 0.01):
+        lines.append(f"{time_s:.2f},{duty},{counts(now)}")
+    return lines, _counted(motor, "t", "count"), [frozenset({"supply_drift"})]
+
+
+def _position(motor: BoardMotor, rng: np.random.Generator, reach_rad: float) -> Callable[..., float]:
+    """Duties of a loop with changing set points within `reach_rad`."""
+    points = rng.uniform(-reach_rad, reach_rad, 200)
+    top, damped = motor.supply_V / motor.torque_Nm_A, {"before": 0.0}
+
+    def pd(time_s: float, now: BoardMotor) -> float:
+        seen = counts(now) / now.counts_per_rev * 2 * math.pi
+        speed, damped["before"] = (seen - damped["before"]) / 0.01, seen
+        return FULL * (1.5 * (points[int(time_s / 1.2)] - seen) - 0.5 * speed / top)
+
+    return pd
+
+
+def _slow(motor: BoardMotor) -> None:
+    """Through a larger gear, so that a turn takes half a second and more."""
+    top = motor.supply_V / motor.torque_Nm_A
+    gear = max(top / 10, 1.0)
+    motor.torque_Nm_A *= gear
+    motor.coulomb_Nm *= gear
+    motor.inertia *= gear**2
+    motor.viscous *= gear**2
+
+
+def _duty(motor: BoardMotor, column: str) -> list[str]:
+    return ["--input", f"{column}:duty:{FULL}", "--supply", f"{motor.supply_V:g}"]
+
+
+def _counted(motor: BoardMotor, time: str, column: str, *supply: str) -> list[str]:
+    own = ["--time", time, *_duty(motor, "pwm"), "--count", column]
+    return [*own, "--counts-per-rev", f"{motor.counts_per_rev:g}", *supply]
+
+
+PROGRAMS: dict[str, Program] = {
+    one.__name__: one
+    for one in (
+        measured_battery,
+        smoothed_rpm,
+        ramps,
+        speed_loop,
+        arm,
+        detents,
+        fan,
+        magnet,
+        tachometer,
+        busy_loop,
+        falling_battery,
+    )
+}

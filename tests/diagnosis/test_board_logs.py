@@ -1,0 +1,50 @@
+"""Logs of small boards, imported as their users would: what is in the motor is named, and no more."""
+
+import numpy as np
+import pytest
+from board_logs import imported, is_right
+from scipy.integrate import solve_ivp
+from testing.board_logs import PROGRAMS, draw_log
+from testing.board_motor import BoardMotor
+
+from jaxmotor import diagnose
+
+
+@pytest.mark.parametrize(("program", "seed"), [("tachometer", 3), ("fan", 1)])
+def test_what_is_in_the_motor_is_named(program, seed, tmp_path):
+    """The lag of a tachometer's filter, longer than most, is not the window of its speeds."""
+    log = draw_log(program, seed)
+    found = diagnose(imported(log, tmp_path / program))
+    assert is_right(log, found) and found.verdict == "extended"
+    assert found.average is None or found.average.kind != "window"
+
+
+@pytest.mark.parametrize("program", [name for name in PROGRAMS if name not in ("tachometer", "fan")])
+def test_a_log_is_imported_whole(program, tmp_path):
+    log = draw_log(program, 2)
+    recording = imported(log, tmp_path / program)
+    assert sum(map(len, recording.segments)) == len(log.text.splitlines()) - 1
+
+
+def test_the_motor_moves_as_the_equation_that_it_states():
+    motor = BoardMotor(12.0, 4.0, 0.4, 2e-3, 1e-3, 0.05, 1000.0, drag=1e-4, arm_Nm=0.2, detent_Nm=0.03, detents=5)
+
+    def equation(_, state):
+        angle, speed = state
+        torque = 0.4 * (0.8 * 12 - 0.4 * speed) / 4 - 1e-3 * speed - 1e-4 * speed * abs(speed)
+        torque -= 0.2 * np.sin(angle) + 0.03 * np.sin(5 * angle) + 0.05
+        return speed, torque / 2e-3
+
+    motor.advance(0.8, 0.5)
+    finely = solve_ivp(equation, (0, 0.5), (0.0, 1e-9), rtol=1e-9, atol=1e-9).y[:, -1]
+    assert (motor.angle_rad, motor.speed_rad_s) == pytest.approx(finely, rel=2e-5)
+
+
+def test_friction_stops_the_motor_where_and_when_it_would():
+    motor = BoardMotor(12.0, 4.0, 0.4, 2e-3, 1e-3, 0.05, 1000.0, speed_rad_s=5.0)
+    damping = 1e-3 + 0.4**2 / 4
+    lasts = 0.05 / damping
+    motor.advance(0.0, 1.0)
+    stops_s = 2e-3 / damping * np.log1p(5 / lasts)
+    turned = (5 + lasts) * 2e-3 / damping * -np.expm1(-stops_s * damping / 2e-3) - lasts * stops_s
+    assert motor.speed_rad_s == 0.0 and motor.angle_rad == pytest.approx(turned, rel=1e-9)
