@@ -75,10 +75,12 @@ def imported(log: BoardLog, path: Path) -> Recording:
 
 
 def is_right(log: BoardLog, found: Diagnosis) -> bool:
+    """Of the log's effects each is named, and no other."""
     named = [set(alike(one)) for one in found.effects if one.is_named]
-    learned = [one for one in found.effects if one.name in LEARNED]
+    learned = {one.name for one in found.effects if one.name in LEARNED}
     asked = all(any(one & wanted for one in named) for wanted in log.wanted)
-    return asked and not learned and all(any(one & wanted for wanted in log.wanted) for one in named)
+    allowed = log.allowed.union(*log.wanted)
+    return asked and learned <= allowed and all(one & allowed for one in named if not one & set(LEARNED))
 
 
 def _off(log: BoardLog, found: Diagnosis) -> str:

@@ -7,6 +7,7 @@ program's name says, and friction.
 import dataclasses
 import math
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,10 +26,23 @@ class BoardLog:
     flags: tuple[str, ...]
     motor: BoardMotor
     wanted: tuple[frozenset[str], ...]
-    """Of each set one effect is to be named, and nothing else."""
+    """Of each set one effect is to be named."""
+    allowed: frozenset[str]
+    """Names that are no fault beside them."""
 
 
-Program = Callable[[BoardMotor, np.random.Generator], tuple[list[str], list[str], list[frozenset[str]]]]
+class Printed(NamedTuple):
+    """By a program."""
+
+    lines: list[str]
+    flags: list[str]
+    wanted: list[frozenset[str]] = []
+    """Beside friction."""
+    allowed: frozenset[str] = frozenset()
+    shows_friction: bool = True
+
+
+Program = Callable[[BoardMotor, np.random.Generator], Printed]
 Tick = tuple[float, int, BoardMotor]
 
 
@@ -36,8 +50,9 @@ def draw_log(name: str, seed: int) -> BoardLog:
     """What the program `name` of `PROGRAMS` prints with a motor drawn by `seed`."""
     rng = np.random.default_rng([seed, *name.encode()])
     motor = draw_motor(rng)
-    lines, flags, wanted = PROGRAMS[name](motor, rng)
-    return BoardLog("\n".join(lines) + "\n", tuple(flags), motor, (FRICTION, *wanted))
+    printed = PROGRAMS[name](motor, rng)
+    wanted = (*([FRICTION] if printed.shows_friction else []), *printed.wanted)
+    return BoardLog("\n".join(printed.lines) + "\n", tuple(printed.flags), motor, wanted, printed.allowed | FRICTION)
 
 
 def ticks(
@@ -61,7 +76,7 @@ def steps(rng: np.random.Generator, held_s: float, low: int, high: int, *, both:
     return lambda time_s, _: heights[int(time_s / held_s)]
 
 
-def measured_battery(motor: BoardMotor, rng: np.random.Generator):
+def measured_battery(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """Counts every 10 ms, and the battery's voltage, which falls by a tenth and more under load."""
     motor.battery_ohm = motor.resistance * rng.uniform(0.1, 0.2)
     motor.battery_V = motor.supply_V
@@ -69,10 +84,10 @@ def measured_battery(motor: BoardMotor, rng: np.random.Generator):
     for time_s, duty, now in ticks(motor, steps(rng, 0.7, 60, 250), 60, lambda: 0.01):
         # The converter is read with the encoder, before the duty is set.
         lines.append(f"{1e3 * time_s:.0f},{duty},{counts(now)},{1e3 * now.battery_V:.0f}")
-    return lines, _counted(motor, "t_ms:ms", "enc", "--supply-column", "vbat_mV:mV"), []
+    return Printed(lines, _counted(motor, "t_ms:ms", "enc", "--supply-column", "vbat_mV:mV"))
 
 
-def smoothed_rpm(motor: BoardMotor, rng: np.random.Generator):
+def smoothed_rpm(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """Speeds every 20 ms, of counts, smoothed from row to row."""
     lines, before, smooth = ["time pwm rpm"], 0, 0.0
     share = rng.choice([0.1, 0.2, 0.3, 0.5])
@@ -81,10 +96,10 @@ def smoothed_rpm(motor: BoardMotor, rng: np.random.Generator):
         before = counts(now)
         smooth += share * (new - smooth)
         lines.append(f"{time_s:.2f} {duty} {smooth:.2f}")
-    return lines, ["--time", "time", *_duty(motor, "pwm"), "--speed", "rpm:rpm"], []
+    return Printed(lines, ["--time", "time", *_duty(motor, "pwm"), "--speed", "rpm:rpm"])
 
 
-def ramps(motor: BoardMotor, rng: np.random.Generator):
+def ramps(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """Slow ramps up and down in percent, and steps; plain speeds of counts every 20 ms."""
     lines, before, top = ["time_s;percent;speed"], 0, rng.uniform(70, 95)
     heights = steps(rng, 0.8, 60, 250)
@@ -99,10 +114,10 @@ def ramps(motor: BoardMotor, rng: np.random.Generator):
         before = counts(now)
         lines.append(f"{time_s:.2f};{100 * duty / FULL:.3f};{360 * new:.2f}")
     supply = ["--supply", f"{motor.supply_V:g}"]
-    return lines, ["--time", "time_s", "--input", "percent:percent", *supply, "--speed", "speed:deg/s"], []
+    return Printed(lines, ["--time", "time_s", "--input", "percent:percent", *supply, "--speed", "speed:deg/s"])
 
 
-def speed_loop(motor: BoardMotor, rng: np.random.Generator):
+def speed_loop(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """A speed loop with changing set points; what it prints are counts."""
     motor.static_Nm = motor.coulomb_Nm * rng.uniform(0.3, 0.8)
     motor.slow_rad_s = 0.02 * motor.supply_V / motor.torque_Nm_A
@@ -120,10 +135,10 @@ def speed_loop(motor: BoardMotor, rng: np.random.Generator):
 
     for time_s, duty, now in ticks(motor, pi, 60, lambda: 0.01):
         lines.append(f"{1e6 * time_s:.0f}\t{rpm(points[int(time_s)]):.1f}\t{duty}\t{counts(now)}")
-    return lines, _counted(motor, "t_us:us", "count"), []
+    return Printed(lines, _counted(motor, "t_us:us", "count"), allowed=frozenset({"torque_over_speed"}))
 
 
-def arm(motor: BoardMotor, rng: np.random.Generator):
+def arm(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """A position loop that moves an arm, whose angle the board prints in degrees."""
     motor.arm_Nm = motor.stall_Nm * rng.uniform(0.1, 0.3)
     motor.counts_per_rev = max(motor.counts_per_rev, 1000.0)
@@ -132,10 +147,12 @@ def arm(motor: BoardMotor, rng: np.random.Generator):
     for time_s, duty, now in ticks(motor, duties, 60, lambda: 0.01):
         lines.append(f"{time_s:.2f},{duty / FULL:.4f},{360 * counts(now) / now.counts_per_rev:.3f}")
     supply = ["--supply", f"{motor.supply_V:g}"]
-    return lines, ["--time", "t", "--input", "u:duty:1", *supply, "--angle", "deg:deg"], [frozenset({"cogging"})]
+    return Printed(
+        lines, ["--time", "t", "--input", "u:duty:1", *supply, "--angle", "deg:deg"], [frozenset({"cogging"})]
+    )
 
 
-def detents(motor: BoardMotor, rng: np.random.Generator):
+def detents(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """A position loop; the rotor's magnets hold on to the iron."""
     motor.detents = int(rng.choice([5, 8, 12, 20]))
     motor.detent_Nm = motor.coulomb_Nm * rng.uniform(0.6, 1.2)
@@ -143,10 +160,10 @@ def detents(motor: BoardMotor, rng: np.random.Generator):
     lines = ["ms,pwm,ticks"]
     for time_s, duty, now in ticks(motor, _position(motor, rng, reach_rad=6.0), 60, lambda: 0.01):
         lines.append(f"{1e3 * time_s:.0f},{duty},{counts(now)}")
-    return lines, _counted(motor, "ms:ms", "ticks"), [frozenset({"cogging"})]
+    return Printed(lines, _counted(motor, "ms:ms", "ticks"), [frozenset({"cogging"})])
 
 
-def fan(motor: BoardMotor, rng: np.random.Generator):
+def fan(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """A propeller, driven one way; pulses of one magnet sensor since the last line."""
     top = motor.supply_V / motor.torque_Nm_A
     motor.drag = motor.stall_Nm * rng.uniform(0.4, 0.8) / top**2
@@ -156,10 +173,10 @@ def fan(motor: BoardMotor, rng: np.random.Generator):
         lines.append(f"{time_s:.2f},{duty},{counts(now) - before}")
         before = counts(now)
     flags = ["--time", "t", *_duty(motor, "duty"), "--pulses", "pulses"]
-    return lines, [*flags, "--counts-per-rev", f"{motor.counts_per_rev:g}"], [frozenset({"quadratic_drag"})]
+    return Printed(lines, [*flags, "--counts-per-rev", f"{motor.counts_per_rev:g}"], [frozenset({"quadratic_drag"})])
 
 
-def magnet(motor: BoardMotor, rng: np.random.Generator):
+def magnet(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """A magnet on the shaft, read in 4096 steps of a turn and printed in degrees; it sits a little off the axis."""
     off, phase = rng.uniform(0.005, 0.02), rng.uniform(0, 2 * math.pi)
     _slow(motor)
@@ -169,10 +186,10 @@ def magnet(motor: BoardMotor, rng: np.random.Generator):
         step = math.floor(seen / (2 * math.pi) * 4096) % 4096
         lines.append(f"{1e3 * time_s:.0f},{duty},{360 * step / 4096:.2f}")
     flags = ["--time", "millis:ms", *_duty(motor, "pwm"), "--angle", "angle:deg", "--wrap", "turn"]
-    return lines, flags, [frozenset({"encoder_eccentricity"})]
+    return Printed(lines, flags, [frozenset({"encoder_eccentricity"})])
 
 
-def tachometer(motor: BoardMotor, rng: np.random.Generator):
+def tachometer(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """A small dynamo behind a filter of some milliseconds, read with ten bits and printed in rpm."""
     top = motor.supply_V / motor.torque_Nm_A
     motor.lag_s = rng.uniform(0.005, 0.03)
@@ -181,24 +198,116 @@ def tachometer(motor: BoardMotor, rng: np.random.Generator):
         reading = round(512 + 500 * now.seen_rad_s / top + rng.normal(0, 0.7))
         lines.append(f"{time_s:.3f},{duty},{rpm((reading - 512) / 500 * top):.2f}")
     lags = frozenset({"sensor_lag", "transport_delay", "electrical_pole"})
-    return lines, ["--time", "t", *_duty(motor, "pwm"), "--speed", "rpm:rpm"], [lags]
+    return Printed(lines, ["--time", "t", *_duty(motor, "pwm"), "--speed", "rpm:rpm"], [lags])
 
 
-def busy_loop(motor: BoardMotor, rng: np.random.Generator):
+def busy_loop(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """A loop that runs as fast as its other work lets it; `millis()` is its clock."""
     lines = ["millis,pwm,count"]
     for time_s, duty, now in ticks(motor, steps(rng, 0.6, 60, 250), 45, lambda: rng.uniform(0.005, 0.013)):
         lines.append(f"{math.floor(1e3 * time_s)},{duty},{counts(now)}")
-    return lines, _counted(motor, "millis:ms", "count"), []
+    return Printed(lines, _counted(motor, "millis:ms", "count"))
 
 
-def falling_battery(motor: BoardMotor, rng: np.random.Generator):
+def falling_battery(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """A battery that falls by a few percent, which is not logged; random steps every 10 ms."""
     motor.falls_per_s = rng.uniform(0.04, 0.12) / 90
     lines = ["t,pwm,count"]
     for time_s, duty, now in ticks(motor, steps(rng, 0.25, 40, 250), 90, lambda: 0.01):
         lines.append(f"{time_s:.2f},{duty},{counts(now)}")
-    return lines, _counted(motor, "t", "count"), [frozenset({"supply_drift"})]
+    return Printed(lines, _counted(motor, "t", "count"), [frozenset({"supply_drift"})])
+
+
+def one_step(motor: BoardMotor, rng: np.random.Generator) -> Printed:
+    """The step that everybody logs first: full duty from rest, speeds every 20 ms."""
+    lines, before, begins_s = ["t_ms,pwm,rpm"], 0, rng.uniform(0.3, 1.0)
+    height = int(rng.choice([128, 200, 255]))
+    for time_s, duty, now in ticks(motor, lambda time_s, _: height * (time_s >= begins_s), 4, lambda: 0.02):
+        new = (counts(now) - before) / motor.counts_per_rev / 0.02 * 60
+        before = counts(now)
+        lines.append(f"{1e3 * time_s:.0f},{duty},{new:.1f}")
+    return Printed(lines, ["--time", "t_ms:ms", *_duty(motor, "pwm"), "--speed", "rpm:rpm"], shows_friction=False)
+
+
+def staircase(motor: BoardMotor, rng: np.random.Generator) -> Printed:
+    """Duties from none to all and back in steps of some percent, each held for half a second or more; counts."""
+    held_s, step = rng.uniform(0.5, 1.2), int(rng.choice([10, 15, 25]))
+    levels = [*range(0, FULL, step), FULL]
+    levels = np.array([*levels, *levels[::-1], *(-x for x in levels), 0])
+    seconds = held_s * len(levels)
+    lines = ["time,pwm,encoder"]
+    for time_s, duty, now in ticks(motor, lambda time_s, _: levels[int(time_s / held_s)], seconds - 0.01, lambda: 0.01):
+        lines.append(f"{time_s:.2f},{duty},{counts(now)}")
+    return Printed(lines, _counted(motor, "time", "encoder"))
+
+
+def knob(motor: BoardMotor, rng: np.random.Generator) -> Printed:
+    """A hand on a potentiometer sets the duty; counts every 10 ms."""
+    turns = np.cumsum(rng.normal(0, 1, 700))
+    turns = 255 * np.sin(0.35 * turns)
+    at = np.arange(700) * 0.1
+    lines = ["t,pwm,count"]
+    for time_s, duty, now in ticks(motor, lambda time_s, _: np.interp(time_s, at, turns), 60, lambda: 0.01):
+        lines.append(f"{time_s:.2f},{duty},{counts(now)}")
+    return Printed(lines, _counted(motor, "t", "count"))
+
+
+def potentiometer(motor: BoardMotor, rng: np.random.Generator) -> Printed:
+    """A servo: a position loop on a potentiometer of 270 degrees that a converter of ten bits reads, with some noise."""
+    _slow(motor)
+    points, state = rng.uniform(-1.8, 1.8, 200), {"seen": 0.0, "before": 0.0}
+    top = motor.supply_V / motor.torque_Nm_A
+
+    def read(now: BoardMotor) -> int:
+        return round(512 + now.angle_rad / math.radians(270) * 1024 + rng.normal(0, 0.8))
+
+    def pd(time_s: float, now: BoardMotor) -> float:
+        state["before"], state["seen"] = state["seen"], (read(now) - 512) / 1024 * math.radians(270)
+        speed = (state["seen"] - state["before"]) / 0.01
+        return FULL * (1.5 * (points[int(time_s / 0.9)] - state["seen"]) - 0.3 * speed / top)
+
+    lines = ["ms;u;grad"]
+    for time_s, duty, _ in ticks(motor, pd, 60, lambda: 0.01):
+        lines.append(f"{1e3 * time_s:.0f};{duty};{math.degrees(state['seen']):.2f}")
+    return Printed(lines, ["--time", "ms:ms", *_duty(motor, "u"), "--angle", "grad:deg"])
+
+
+def pulse_times(motor: BoardMotor, rng: np.random.Generator) -> Printed:
+    """Speeds from the time between the last two edges, driven one way; a motor with few edges in a turn."""
+    motor.counts_per_rev = float(rng.integers(150, 700))
+    edges, last, speed = [0.0, 0.0], 0, 0.0
+    lines, heights = ["t,pwm,rpm"], steps(rng, 0.8, 60, 255, both=False)
+    while motor.time_s < 60:
+        duty = int(heights(motor.time_s, motor))
+        lines.append(f"{motor.time_s:.2f},{duty},{speed:.2f}")
+        for _ in range(50):
+            motor.advance(duty / FULL, 2e-4)
+            if counts(motor) > last:
+                edges, last = [edges[1], motor.time_s], counts(motor)
+                speed = 60 / motor.counts_per_rev / (edges[1] - edges[0])
+            elif motor.time_s - edges[1] > 0.1:
+                speed = 0.0
+    return Printed(lines, ["--time", "t", *_duty(motor, "pwm"), "--speed", "rpm:rpm"])
+
+
+def slow_print(motor: BoardMotor, rng: np.random.Generator) -> Printed:
+    """A speed loop of 5 ms that prints every tenth time: what it drove in between nobody knows."""
+    top = motor.supply_V / motor.torque_Nm_A
+    points = top * rng.choice([-0.6, -0.4, 0.2, 0.4, 0.6], 200)
+    state = {"sum": 0.0, "before": 0, "number": 0}
+
+    def pi(time_s: float, now: BoardMotor) -> float:
+        seen = (counts(now) - state["before"]) / now.counts_per_rev * 2 * math.pi / 0.005
+        state["before"] = counts(now)
+        error = points[int(time_s / 1.5)] - seen
+        state["sum"] = float(np.clip(state["sum"] + error * 0.005 * 4 * FULL / top, -FULL, FULL))
+        return 0.7 * FULL / top * error + state["sum"]
+
+    lines = ["t,pwm,count"]
+    for number, (time_s, duty, now) in enumerate(ticks(motor, pi, 60, lambda: 0.005)):
+        if number % 10 == 0:
+            lines.append(f"{time_s:.3f},{duty},{counts(now)}")
+    return Printed(lines, _counted(motor, "t", "count"), shows_friction=False)
 
 
 def _position(motor: BoardMotor, rng: np.random.Generator, reach_rad: float) -> Callable[..., float]:
@@ -247,5 +356,11 @@ PROGRAMS: dict[str, Program] = {
         tachometer,
         busy_loop,
         falling_battery,
+        one_step,
+        staircase,
+        knob,
+        potentiometer,
+        pulse_times,
+        slow_print,
     )
 }

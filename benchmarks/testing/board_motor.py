@@ -74,7 +74,7 @@ class BoardMotor:
         self.angle_rad += lasting * own_s + (speed - lasting) * left * self.inertia / damping
         self.speed_rad_s = 0.0 if own_s == stops_s else speed + (lasting - speed) * left
         current_A = (duty * unloaded_V - self.torque_Nm_A * self.speed_rad_s) / ohms
-        self.battery_V = unloaded_V - self.battery_ohm * abs(duty) * abs(current_A)
+        self.battery_V = unloaded_V - self.battery_ohm * duty * current_A
         if self.lag_s:
             mean = 0.5 * (speed + self.speed_rad_s)
             self.seen_rad_s += (mean - self.seen_rad_s) * -math.expm1(-own_s / self.lag_s)

@@ -106,7 +106,7 @@ def assess(
     slope = np.zeros(len(psi))
     slope[:2] = -offset / psi[0], 1 / psi[0]
     _determined(recording, psi, model, float(errors.pole_share))
-    notes += _wide(psi, kept)
+    notes += _wide(psi, kept, float(errors.chi2))
     of_header = [one.sentence for one in (average, timing) if one is not None]
     motor, half = np.array([psi[0], np.exp(psi[2])]), 1.96 * np.sqrt(np.diag(kept)[:2])
     left_open, allowed = open_hypotheses(packed, float(errors.chi2), motor, half, hidden_laws(solution, errors))
@@ -143,9 +143,20 @@ def _by_residuals(packed: Packed, errors: Uncertainty) -> np.ndarray:
     """The covariance of ψ that fits the residuals' nature."""
     if is_quiet(packed, errors):
         return np.asarray(errors.requantised)
-    widen = np.array([student_t(float(freedom)) / 1.96 for freedom in errors.degrees_of_freedom])
+    freedom, model = np.asarray(errors.degrees_of_freedom), np.asarray(errors.model)
+    widen = np.array([student_t(float(one)) / 1.96 for one in freedom])
     covariance = np.asarray(errors.clustered) * np.outer(widen, widen)
-    return _larger(covariance, np.asarray(errors.model)) if errors.clusters < FEW_CLUSTERS else covariance
+    if errors.clusters < FEW_CLUSTERS:
+        covariance = _larger(covariance, model)
+    return _in_place(covariance, model, freedom < 1)
+
+
+def _in_place(one: np.ndarray, other: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """The covariance `one`; where any of its variances is to be that of `other`, at `places`, correlations are, too."""
+    if not places.any():
+        return one
+    scale = np.sqrt(np.where(places, 1.0, np.diag(one) / np.diag(other)))
+    return other * np.outer(scale, scale)
 
 
 def _shift(packed: Packed, errors: Uncertainty) -> np.ndarray | None:
@@ -193,19 +204,20 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, p
         )
 
 
-def _wide(psi: np.ndarray, covariance: np.ndarray) -> list[str]:
+def _wide(psi: np.ndarray, covariance: np.ndarray, chi2: float) -> list[str]:
     """A note on each parameter that is known but badly."""
     values = [("gain", abs(psi[0])), ("pole", float(np.exp(psi[2])))]
     shares = [1.96 * np.sqrt(covariance[k, k]) / value for k, (_, value) in enumerate(values)]
+    why = "a linear motor does not explain this recording" if chi2 > QUIET_CHI2 else "more steps would tell more"
     return [
-        f"the {name} is only known to ± {100 * share:.0f} %: a linear motor does not explain this recording"
+        f"the {name} is only known to ± {100 * share:.0f} %: {why}"
         for (name, _), share in zip(values, shares, strict=True)
         if share > 0.1
     ]
 
 
 def student_t(freedom: float) -> float:
-    """Quantile 0.975 of Student's t."""
+    """Quantile 0.975 of Student's t, of at least one degree of freedom."""
     from scipy.special import stdtrit
 
-    return float(stdtrit(freedom, 0.975))
+    return float(stdtrit(max(freedom, 1.0), 0.975))

@@ -7,6 +7,7 @@ residual):
 `clustered`   From how the estimate moves when one segment is left out (the jackknife, "CR3"): F_s and score g_s of each
               segment give (F - F_s)⁻¹ g_s. Right for errors that are alike within a segment, whatever they are, at
               the price of few degrees of freedom: 1/Σ share² - 1, where share is a segment's part of the information.
+              Below one a single segment tells nearly all: the others do not say how far off that is.
 `requantised` From rounding the fitted motion anew with random encoder offsets. The rounding error is not white where
               the motor stands still, hardly moves, or repeats the same counts every period; chi2 does not show that.
 `allowance`   How far the estimate moves when Coulomb friction and a delay, the two things that real motors have and a
@@ -184,8 +185,7 @@ def _clustered(error, jacobian, normal, inverse, problem: Problem):
     away = (moved - moved.sum(0, keepdims=True) / number) * used[:, None]
     # A parameter's information with the others at their best: what its row of the inverse picks out of each segment.
     share = jnp.einsum("pi,sij,pj->sp", inverse, information, inverse) / jnp.diag(inverse)[None, :]
-    freedom = jnp.maximum(1 / (share**2).sum(0) - 1, 1.0)
-    return (number - 1) / number * away.T @ away, freedom, number
+    return (number - 1) / number * away.T @ away, 1 / (share**2).sum(0) - 1, number
 
 
 def _requantised(jacobian, extra, inverse, held, own, solution: Solution, at: Linearised, problem: Problem, chi2, key):
