@@ -6,7 +6,7 @@ program's name says, and friction.
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -36,7 +36,7 @@ class Printed(NamedTuple):
 
     lines: list[str]
     flags: list[str]
-    wanted: list[frozenset[str]] = []
+    wanted: Sequence[frozenset[str]] = ()
     """Beside friction."""
     allowed: frozenset[str] = frozenset()
     shows_friction: bool = True
@@ -253,7 +253,7 @@ def knob(motor: BoardMotor, rng: np.random.Generator) -> Printed:
 
 
 def potentiometer(motor: BoardMotor, rng: np.random.Generator) -> Printed:
-    """A servo: a position loop on a potentiometer of 270 degrees that a converter of ten bits reads, with some noise."""
+    """A servo: a position loop on a potentiometer of 270 degrees, read with ten bits and some noise."""
     _slow(motor)
     points, state = rng.uniform(-1.8, 1.8, 200), {"seen": 0.0, "before": 0.0}
     top = motor.supply_V / motor.torque_Nm_A
@@ -274,7 +274,8 @@ def potentiometer(motor: BoardMotor, rng: np.random.Generator) -> Printed:
 
 def pulse_times(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """Speeds from the time between the last two edges, driven one way; a motor with few edges in a turn."""
-    motor.counts_per_rev = float(rng.integers(150, 700))
+    # Some hundred edges in a second at the top speed.
+    motor.counts_per_rev = float(round(rng.uniform(300, 900) * 2 * math.pi * motor.torque_Nm_A / motor.supply_V))
     edges, last, speed = [0.0, 0.0], 0, 0.0
     lines, heights = ["t,pwm,rpm"], steps(rng, 0.8, 60, 255, both=False)
     while motor.time_s < 60:
@@ -283,7 +284,10 @@ def pulse_times(motor: BoardMotor, rng: np.random.Generator) -> Printed:
         for _ in range(50):
             motor.advance(duty / FULL, 2e-4)
             if counts(motor) > last:
-                edges, last = [edges[1], motor.time_s], counts(motor)
+                # `micros()` tells when it came, in steps of 4 microseconds.
+                beyond = motor.angle_rad - counts(motor) * 2 * math.pi / motor.counts_per_rev
+                came_s = 4e-6 * round((motor.time_s - beyond / motor.speed_rad_s) / 4e-6)
+                edges, last = [edges[1], came_s], counts(motor)
                 speed = 60 / motor.counts_per_rev / (edges[1] - edges[0])
             elif motor.time_s - edges[1] > 0.1:
                 speed = 0.0

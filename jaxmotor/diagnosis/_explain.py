@@ -20,8 +20,10 @@ from jaxmotor.diagnosis._timed import timed
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._visited import FAR
 from jaxmotor.diagnosis._window import (
+    LAG,
     average_of,
     beside_window,
+    does_as_well,
     is_stated,
     is_window,
     window_beside,
@@ -30,7 +32,7 @@ from jaxmotor.diagnosis._window import (
 )
 from jaxmotor.estimate import Fit, SpeedAverage, stated
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import LEARNED
+from jaxmotor.motor.effects import LEARNED, SpeedWindow
 from jaxmotor.recording import Recording
 
 TIME_ONLY = 0.6
@@ -93,12 +95,18 @@ def _searched(
     first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
     study, linear = _linear(recording, fit, first, request)
     sought = not (is_stated(recording) or study.timed or (fit.average and fit.average.rows is not None))
+    windowed = None
     if sought and earlier is None and linear.chi2 > EXPLAINED:
-        earlier = _with_window(recording, fit, first, linear, request, seed)
+        windowed = earlier = _with_window(recording, fit, first, linear, request, seed)
         fit = dataclasses.replace(fit, average=_average(earlier, fit, linear) or fit.average)
         study, linear = _linear(recording, fit, first, request)
     now = _begun(fit, study, linear, first, request, seed)
     now = now._replace(found=_resumed(now, earlier) or _extended(now, seed))
+    if sought and fit.average is None and rounds == 0 and _is_late(now.found):
+        windowed = windowed or _with_window(recording, fit, first, linear, request, seed)
+        average = _in_place_of(now.found, windowed)
+        if average is not None:
+            return _searched(recording, dataclasses.replace(fit, average=average), request, seed, 1, windowed)
     if sought and now.found.named and fit.average is not None and fit.average.is_fitted:
         better, moved = window_beside(recording, now.found.fitted, fit.average, request)
         fit = dataclasses.replace(fit, average=better)
@@ -106,6 +114,11 @@ def _searched(
             return _searched(recording, fit, request, seed, rounds + 1, now)
     angled = with_angles(study, now.found.fitted)
     return now._replace(fit=fit) if angled is None else _searched(angled, fit, request, seed)
+
+
+def _is_late(found: Found) -> bool:
+    """By what was named the readings follow late, as means do whose window is not stated."""
+    return any(effect.family == LAG for effect in found.fitted.motor.effects)
 
 
 def _linear(recording: Recording, fit: Fit, first: Motor, request: Request) -> tuple[Study, Fitted]:
@@ -142,6 +155,14 @@ def _average(searched: _Searched, fit: Fit, linear: Fitted) -> SpeedAverage | No
     fitted = searched.found.fitted
     takes_up = searched.found.named or (_window_of(fit) is None and fitted.chi2 < HALF * linear.chi2)
     return average_of(searched.study, fitted) if takes_up and is_window(searched.study, fitted) else None
+
+
+def _in_place_of(found: Found, windowed: _Searched) -> SpeedAverage | None:
+    """The window of `windowed`, if it does as well as what is late in the motor of `found`."""
+    fitted = windowed.found.fitted
+    alone = SpeedWindow.name in fitted.names and not _is_late(windowed.found)
+    alone = alone and does_as_well(windowed.study, fitted, found.fitted.motor)
+    return average_of(windowed.study, fitted) if alone else None
 
 
 def _window_of(fit: Fit) -> SpeedAverage | None:

@@ -39,6 +39,8 @@ LONGEST_ROWS = 20
 """Rows after the begin of a piece in motion that do not count: windows may begin before it."""
 KEPT = 2 / 3
 """Part of a piece that counts at least."""
+ALIKE = 6.0
+"""Difference of the criterion up to which a window does as well as an effect."""
 LAG = "lag"
 """The family of effects that a window may be mistaken for."""
 
@@ -78,16 +80,24 @@ def is_window(study: Study, found: Fitted) -> bool:
         lagless = without_effect(lagless, effect.name) if effect.family == LAG else lagless
     delayed = with_effect(lagless, TransportDelay.of(delay_s=length / 4))
     others = [bare, *(with_effect(delayed, lag.of(time_constant_s=length / 4)) for lag in (SensorLag, ElectricalPole))]
-    per_reading = max(study.packed.observation.noise.rows_per_reading, 1.0)
-
-    def cost(one: Fitted) -> float:
-        if math.isnan(one.chi2):
-            return math.inf
-        number, size = len(one.residual) / per_reading, sum(map(free_size, one.template.effects))
-        return number * math.log(one.chi2) + size * math.log(max(number, 1.0)) if one.chi2 > 0 else -math.inf
-
     bar = FAR * found.chi2
-    return cost(found) < min(cost(study.solver.fit(other, found.speeds, COARSE, bar=bar)) for other in others)
+    fits = [study.solver.fit(other, found.speeds, COARSE, bar=bar) for other in others]
+    return _cost(study, found) < min(_cost(study, one) for one in fits)
+
+
+def does_as_well(study: Study, windowed: Fitted, late: Motor) -> bool:
+    """The motor `windowed`, whose speeds are means, explains the readings of `study` about as well as the motor `late`,
+    whose speeds are none."""
+    other = study.solver.fit(late, windowed.speeds, COARSE)
+    return _cost(study, windowed) < _cost(study, other) + ALIKE
+
+
+def _cost(study: Study, one: Fitted) -> float:
+    if math.isnan(one.chi2):
+        return math.inf
+    number = len(one.residual) / max(study.packed.observation.noise.rows_per_reading, 1.0)
+    size = sum(map(free_size, one.template.effects))
+    return number * math.log(one.chi2) + size * math.log(max(number, 1.0)) if one.chi2 > 0 else -math.inf
 
 
 def average_of(study: Study, fitted: Fitted) -> SpeedAverage:

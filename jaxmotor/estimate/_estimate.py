@@ -10,7 +10,7 @@ from jaxmotor.estimate._compiled import trajectory_program
 from jaxmotor.estimate._trajectory import MAX_STEPS, Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
 from jaxmotor.prediction import Problem
-from jaxmotor.recording import Recording
+from jaxmotor.recording import Recording, warn_sign
 
 
 class Estimate(NamedTuple):
@@ -39,10 +39,12 @@ def estimate_of(recording: Recording, found: dict[str, Any]) -> Estimate:
         Uncertainty(**{name: found[name] for name in Uncertainty._fields}),
     )
     if not _settled(estimate):
-        raise JaxmotorError(
-            f"{recording.name}: the fit did not converge in {MAX_STEPS} steps; the pole is not determined by this "
-            "recording, or a column has the wrong unit or sign: look at speed over voltage, and add steps or sines"
-        )
+        [why, *_] = [
+            *warn_sign(recording),
+            "the pole is not determined by this recording, or a column has the wrong unit or sign: look at speed over "
+            "voltage, and add steps or sines",
+        ]
+        raise JaxmotorError(f"{recording.name}: the fit did not converge in {MAX_STEPS} steps; {why}")
     return estimate
 
 

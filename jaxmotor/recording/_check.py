@@ -18,6 +18,8 @@ CALIBRATION = 0.02
 """Relative difference of a stated and a logged supply that a divider may have."""
 SLOWEST_RAD_S = 1e-9
 """A speed, or a change of it, that is none: a turn in 200 years."""
+FEW_BACK = 0.15
+"""Share of rows that turn back where speeds have no sign: undoing a filter that smoothed them may make some."""
 PERIODIC = ("sine", "multisine", "chirp")
 
 
@@ -151,12 +153,23 @@ def warn_overlap(recording: Recording) -> list[str]:
 
 
 def warn_sign(recording: Recording) -> list[str]:
-    """A shaft that turns against the voltage."""
+    """A shaft that turns against the voltage, or forward whatever the voltage is."""
     volts = np.concatenate([segment.volts[:-1] for segment in recording.segments])
     speed = np.concatenate([mean_speeds(recording, segment) for segment in recording.segments])
+    if _is_magnitude(volts, speed):
+        return ["speeds have no sign: the motor is driven back and seems to turn on; give each that of its direction"]
     if volts @ speed >= -0.1 * np.linalg.norm(volts) * np.linalg.norm(speed):
         return []
     return ["the motor turns against the voltage; swap the sign of the input or of the output"]
+
+
+def _is_magnitude(volts: np.ndarray, speed: np.ndarray) -> bool:
+    """The shaft hardly ever turns back, and follows the size of voltages of either sign better than the voltages."""
+    back = volts < 0
+    if not (back.any() and (volts > 0).any()) or (speed < 0).mean() > FEW_BACK:
+        return False
+    follows = abs(volts) @ speed > 2 * abs(volts @ speed)
+    return bool(follows and speed[back].mean() > 0.2 * speed[~back].mean())
 
 
 def check_window(recording: Recording) -> None:

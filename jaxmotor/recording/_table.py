@@ -12,6 +12,7 @@ import numpy as np
 
 from jaxmotor._sentences import shown
 from jaxmotor.recording._recording import RecordingError
+from jaxmotor.recording._serial import labels_of, without_arrival, without_labels
 from jaxmotor.recording._text import NUMBER, check_names, fault, limit_rows, load, text_of
 
 DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
@@ -165,16 +166,22 @@ class Table:
 def read_table(path: Path, *, columns: str | None = None, drop: int = 0, decimal_comma: bool = False) -> Table:
     """The log at `path`: comment lines, a line of column names, rows.
 
-    The names may stand in the last comment line above the rows. Where there are none, `columns` gives them, separated
-    by commas. The first `drop` rows are left out unread. With `decimal_comma` numbers are like 3,14.
+    The names may stand in the last comment line above the rows, or before each number (`pwm:200,rpm:35`). Where there
+    are none, `columns` gives them, separated by commas. The first `drop` rows are left out unread. With `decimal_comma`
+    numbers are like 3,14. Times of day that a serial monitor put before its lines are left out.
 
     **Raises:** `RecordingError`.
     """
     source = str(path)
     text = text_of(load(path), source)
     limit_rows(text.count("\n"), source)
-    lines = text.rstrip().split("\n")
+    lines = without_arrival(text.rstrip().split("\n"))
     top = next((row for row, line in enumerate(lines) if _is_content(line)), len(lines))
+    if (labels := labels_of(lines[-1])) is not None:
+        if columns is not None:
+            raise fault(source, top + 1, "names stand before its numbers already; leave --columns out")
+        top, drop, columns = min(top + drop, len(lines)), 0, ",".join(labels)
+        lines[top:] = without_labels(lines[top:], labels, source, top + 1)
     if columns is not None:
         top, drop = min(top + drop, len(lines)), 0
     marks = [mark for mark in DELIMITERS if not (decimal_comma and mark == ",")]

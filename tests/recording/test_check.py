@@ -233,6 +233,11 @@ def test_sign():
     recording = moved(SOUND["steps"])
     assert warn_sign(recording) == []
     assert "against the voltage" in warn_sign(with_count(recording, -recording.segments[0].count))[0]
+    steps, size = with_count(recording, np.cumsum(np.abs(np.diff(recording.segments[0].count, prepend=0)))), 4.0
+    assert "speeds have no sign" in warn_sign(steps)[0]
+    one_way = np.where(SOUND["steps"] > 0, size, 0.0)
+    assert warn_sign(moved(one_way)) == []
+    assert warn_sign(moved(np.where(one_way, one_way, -0.2), friction=0.5)) == []
 
 
 def test_unknowns():

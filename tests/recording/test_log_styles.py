@@ -336,3 +336,24 @@ def test_wrong_usage(tmp_path, flags):
     given = ("--time", "t", "--input", "u:V", "--count", "n", "--counts-per-rev", 5)
     result = run(tmp_path / "log.csv", "-o", tmp_path / "m1.csv", *given, *flags)
     assert result.exit_code == 2
+
+
+@pytest.mark.parametrize("line", ["t:{t:.2f},duty:{d},count:{n}\n", "t:{t:.2f}\tduty:{d}\tcount:{n}\n"])
+def test_names_before_each_number_as_plotters_want_them(imported, line):
+    check(imported(rows(line), **STATED))
+
+
+def test_a_torn_first_line_of_a_plotters_log_is_left_out(imported):
+    torn = "ty:0,count:70\n" + rows("t:{t:.2f},duty:{d},count:{n}\n")
+    check(imported(torn, **STATED, drop_first=1))
+
+
+def test_a_line_with_other_names_is_refused(refused):
+    text = rows("t:{t:.2f},duty:{d},count:{n}\n")
+    assert "line 3: the names t, duty, count" in refused(text.replace("t:0.02,duty", "t:0.02,dut"), **STATED)
+    assert "leave columns out" in refused(text, **STATED, columns="t,duty,count")
+
+
+def test_the_times_of_day_of_a_serial_monitor_are_left_out(imported):
+    check(imported("12:00:00.000 -> t,duty,count\n" + rows("12:00:00.0{k}1 -> {t:.2f},{d},{n}\n"), **STATED))
+    check(imported(rows("9:59:59 -> {t:.2f} {d} {n}\n"), **STATED, columns="t,duty,count"))
