@@ -2,8 +2,8 @@
 
     python benchmarks/board_logs.py [--programs arm fan ...] [--draws 1] [--seed 1] [--write DIR]
 
-Each of `testing/board_logs.py` has a motor with friction and what its name says. Right: one effect of each set that was
-wanted is named, or an alternative of it that the log does not tell from it, and no other.
+Each program of `testing/board_programs.py` drives a motor with friction and what its name says. Right: of each set that
+was wanted one effect is named, or an alternative of it that the log does not tell from it, and no other.
 """
 
 import argparse
@@ -14,7 +14,8 @@ import time
 from pathlib import Path
 
 from _calibration import alike
-from testing.board_logs import PROGRAMS, BoardLog, draw_log
+from testing.board_logs import BoardLog, draw_log
+from testing.board_programs import PROGRAMS
 
 from jaxmotor import JaxmotorError, diagnose
 from jaxmotor._runtime import keep_programs

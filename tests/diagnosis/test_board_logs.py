@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from board_logs import imported, is_right
 from scipy.integrate import solve_ivp
-from testing.board_logs import PROGRAMS, draw_log
+from testing.board_logs import draw_log
 from testing.board_motor import BoardMotor
+from testing.board_programs import PROGRAMS
 
 from jaxmotor import diagnose
 
