@@ -22,6 +22,8 @@ BINNED: tuple[tuple[Coordinate, str], ...] = (
 """Coordinates along which means are taken, and what a dependence on them looks like."""
 BINS = 12
 """Of a coordinate, each with as many windows."""
+AT_ONCE = 100
+"""Frequencies whose phases are computed together, to double precision: those of all take half a gigabyte."""
 HARMONICS = 8
 """Of a turn."""
 SHUFFLES = 500
@@ -198,11 +200,13 @@ def _periodic(residual: ResidualVoltage) -> _View | None:
         return None
     steps = int(min(2 * duration * (FASTEST_Hz - SLOWEST_Hz), 2500))
     frequency = np.linspace(SLOWEST_Hz, FASTEST_Hz, steps)
-    turns = residual.time_s[:, None] * frequency
-    angle = (2 * np.pi * (turns - np.floor(turns))).astype(np.float32)
-    basis = np.empty((*angle.shape, 2), np.float32)
-    np.sin(angle, out=basis[..., 0])
-    np.cos(angle, out=basis[..., 1])
+    basis = np.empty((len(residual.volts), steps, 2), np.float32)
+    for begin in range(0, steps, AT_ONCE):
+        own = slice(begin, begin + AT_ONCE)
+        turns = residual.time_s[:, None] * frequency[own]
+        angle = (2 * np.pi * (turns - np.floor(turns))).astype(np.float32)
+        np.sin(angle, out=basis[:, own, 0])
+        np.cos(angle, out=basis[:, own, 1])
     basis *= np.float32(np.sqrt(2 / len(residual.volts)))
     power = _pairs(basis, (residual.volts - residual.volts.mean())[:, None])[:, 0]
     best = float(frequency[np.argmax(power)])

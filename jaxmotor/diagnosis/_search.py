@@ -335,8 +335,10 @@ class Search:
 
     def _completed(self, half: Fitted) -> Fitted:
         """`half`, which has a law that fits no motor alone, with what that wants beside it."""
-        ranked = candidates(half, self._effect_columns(half))
         [name] = _wanted(half)
+        own = [effect for effect in self.solver.request.asked() if effect.name == name]
+        columns = columns_beside(self.solver, half, self.rig, own) or effect_columns(self.solver, half, self.rig, own)
+        ranked = candidates(half, columns)
         return self._best_of(half, ranked[name]) if name in ranked else half
 
     def without_each(self, fitted: Fitted) -> list[Fitted]:
