@@ -76,7 +76,8 @@ def assess(
     """The standard errors that fit the residuals' nature, and notes on what they rest on.
 
     Where the encoder alone explains the residuals: rounding drawn anew. Else: from how segments disagree, widened
-    by Student's t, so that 1.96 standard errors hold the truth 95 times of 100. What friction or a delay would move
+    by Student's t, so that 1.96 standard errors hold the truth 95 times of 100; where nothing but noise is left and one
+    segment tells nearly all, from that noise. What friction or a delay would move
     is added where the recording shows them. ψ ends with what is `of_log`: "filter" (log of its time constant [s]),
     "window" (log of its rows) and "offset" (rows); `alike` says that an offset would do as well as the window. Of ψ
     those that are `held` were not fitted.
@@ -148,7 +149,9 @@ def _by_residuals(packed: Packed, errors: Uncertainty) -> np.ndarray:
     covariance = np.asarray(errors.clustered) * np.outer(widen, widen)
     if errors.clusters < FEW_CLUSTERS:
         covariance = _larger(covariance, model)
-    return _in_place(covariance, model, freedom < 1)
+    # What a motor leaves beside noise is alike over many rows: then one block alone says nothing.
+    noise_alone = float(errors.chi2) < QUIET_CHI2 and float(errors.evidence) < EVIDENCE
+    return _in_place(covariance, model, (freedom < 1) & noise_alone)
 
 
 def _in_place(one: np.ndarray, other: np.ndarray, places: np.ndarray) -> np.ndarray:

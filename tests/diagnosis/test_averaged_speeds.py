@@ -13,7 +13,7 @@ from jaxmotor.diagnosis import extended_model, to_json
 from jaxmotor.diagnosis._free import linear_of, with_effect
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._study import study_of
-from jaxmotor.diagnosis._window import window_beside
+from jaxmotor.diagnosis._window import beside_window, does_as_well, is_window, window_beside
 from jaxmotor.estimate import SpeedAverage, stated
 from jaxmotor.motor.effects import TransportDelay
 from jaxmotor.recording import Recording, Segment
@@ -70,6 +70,21 @@ def test_a_window_is_found_again_beside_the_delay_that_makes_up_for_what_it_lack
     study = study_of(stated(log, again), POLE)
     alone, _ = window_beside(log, study.solver.fit(linear_of(GAIN, POLE)), again, Request())
     assert abs(alone.length_s - 5 * PERIOD_S) < 3 * alone.standard_error_s < 0.03 * 5 * PERIOD_S
+
+
+@pytest.mark.usefixtures("x64")
+def test_a_motor_without_a_window_is_seen_at_each_row_beside_motors_with_one():
+    log = averaged(noisy_log(5, 0.0), 3)
+    study = study_of(log, POLE)
+    plain = study.solver.fit(linear_of(GAIN, POLE))
+    beside, windowed = beside_window(log, plain, None, Request())
+    assert windowed.chi2 < plain.chi2
+    seen = [one.solver.residual_of(plain.motor, plain.speeds)[0] for one in (study, beside)]
+    np.testing.assert_allclose(seen[1], seen[0], atol=1e-12)
+    assert is_window(beside, windowed)
+    late = with_effect(linear_of(GAIN, POLE), TransportDelay.of(delay_s=PERIOD_S))
+    assert does_as_well(beside, windowed, late)
+    assert not does_as_well(beside, plain, windowed.motor)
 
 
 FAST_POLE, SPRING_RAD_S, DAMPING, INERTIA_RATIO = 25.0, 33.0, 0.06, 0.3

@@ -8,7 +8,7 @@ from testing.board_logs import draw_log
 from testing.board_motor import BoardMotor
 from testing.board_programs import PROGRAMS
 
-from jaxmotor import diagnose
+from jaxmotor import diagnose, identify
 
 
 @pytest.mark.parametrize(("program", "seed"), [("tachometer", 3), ("fan", 1)])
@@ -18,6 +18,24 @@ def test_what_is_in_the_motor_is_named(program, seed, tmp_path):
     found = diagnose(imported(log, tmp_path / program))
     assert is_right(log, found) and found.verdict == "extended"
     assert found.average is None or found.average.kind != "window"
+
+
+@pytest.mark.parametrize("seed", [41, 43, 47])
+def test_a_single_step_tells_the_pole_and_says_how_well(seed, tmp_path):
+    """Nearly all of it is in one block of rows."""
+    log = draw_log("one_step", seed)
+    motor, found = log.motor, identify(imported(log, tmp_path / "step"))
+    pole = (motor.viscous + motor.torque_Nm_A**2 / motor.resistance) / motor.inertia
+    error = float(found.standard_error.pole)
+    assert abs(float(found.motor.pole) - pole) < 3 * error < 0.2 * pole
+    assert not any("does not explain" in note for note in found.notes)
+
+
+def test_means_over_a_row_that_nobody_states_are_no_delay(tmp_path):
+    log = draw_log("one_step", 6)
+    found = diagnose(imported(log, tmp_path / "step"))
+    assert not found.effects and found.average is not None and found.average.kind == "window"
+    assert found.average.length_s == pytest.approx(0.02, abs=3 * found.average.standard_error_s)
 
 
 @pytest.mark.parametrize("program", [name for name in PROGRAMS if name not in ("tachometer", "fan")])
