@@ -155,8 +155,9 @@ def _by_residuals(packed: Packed, errors: Uncertainty) -> np.ndarray:
 
 
 def _in_place(one: np.ndarray, other: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """The covariance `one`; where any of its variances is to be that of `other`, at `places`, correlations are, too."""
-    if not places.any():
+    """The covariance `one`; where any of its variances is to be that of `other`, at `places`, correlations are, too.
+    It stays where `other` has a variance of none."""
+    if not places.any() or not np.diag(other).min() > 0:
         return one
     scale = np.sqrt(np.where(places, 1.0, np.diag(one) / np.diag(other)))
     return other * np.outer(scale, scale)

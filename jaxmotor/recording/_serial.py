@@ -13,9 +13,9 @@ _CAME = re.compile(r"\s*[0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:\.[0-9]+)? -> ?")
 _BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
 
 
-def without_arrival(lines: Sequence[str]) -> list[str]:
+def without_arrival(lines: list[str]) -> list[str]:
     """`lines` without the time of day at which each came: later than it was measured, by nobody knows how much."""
-    return [_CAME.sub("", line, count=1) for line in lines]
+    return [_CAME.sub("", line, count=1) for line in lines] if _CAME.match(lines[-1]) else lines
 
 
 def labels_of(line: str) -> list[str] | None:
