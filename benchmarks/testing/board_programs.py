@@ -267,7 +267,8 @@ def pulse_times(motor: BoardMotor, rng: np.random.Generator) -> Printed:
                 speed = 60 / motor.counts_per_rev / (edges[1] - edges[0])
             elif motor.time_s - edges[1] > 0.1:
                 speed = 0.0
-    return Printed(lines, ["--time", "t", *_duty(motor, "pwm"), "--speed", "rpm:rpm"])
+    flags = ["--time", "t", *_duty(motor, "pwm"), "--speed", "rpm:rpm"]
+    return Printed(lines, [*flags, "--speed-pulses", f"{motor.counts_per_rev:g}"])
 
 
 def slow_print(motor: BoardMotor, rng: np.random.Generator) -> Printed:

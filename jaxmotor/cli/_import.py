@@ -35,6 +35,9 @@ def import_command(
     ] = False,
     counts_per_rev: Annotated[float | None, typer.Option(metavar="N", help="Per turn of the output shaft.")] = None,
     speed_window: Annotated[float | None, typer.Option(metavar="S", help="Each speed is the mean over it.")] = None,
+    speed_pulses: Annotated[
+        float | None, typer.Option(metavar="N", help="Speeds are from the time between pulses, N per turn.")
+    ] = None,
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For lengths.")] = None,
     drive: Annotated[Literal["brake", "coast"] | None, typer.Option(help="The bridge between pulses.")] = None,
     input_acts: Annotated[
@@ -77,6 +80,7 @@ def import_command(
         "decimal_comma": decimal_comma or None,
         "counts_per_rev": counts_per_rev,
         "speed_window_s": speed_window,
+        "speed_pulses_per_rev": speed_pulses,
         "drive": drive,
         "input_acts": input_acts if input_acts != "after" else None,
     }

@@ -13,7 +13,7 @@ import numpy as np
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.prediction._flexible_model import LogRows
 from jaxmotor.prediction._noise import Noise, estimated, rounding, unknown
-from jaxmotor.recording import Recording, Segment, at_duty, is_steady
+from jaxmotor.recording import Recording, Segment, at_duty, is_steady, pulse_windows
 
 SEQUENCES = 16
 """Side by side at most, where nobody asks for more."""
@@ -43,7 +43,7 @@ class Batch(NamedTuple):
     part: np.ndarray
     """Time from that row to the beginning of the window [s]."""
     span: np.ndarray
-    """Length of the row's window over `Observation.window_s` [1]; one number where the rows' durations are."""
+    """Length of the row's window over `Observation.window_s` [1]; one number where all are equal."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -178,7 +178,7 @@ def _packed(
         cluster=np.full(shape, clusters, np.int32),
         back=np.zeros(shape, np.int32),
         part=np.zeros(shape),
-        span=np.ones(shape if recording.period_s is None else ()),
+        span=np.ones(() if _has_equal_windows(recording) else shape),
     )
     segment_of, row_of, time_s = np.full(shape, -1), np.zeros(shape, int), np.zeros(shape)
     for number, (piece, sequence, start) in enumerate(zip(pieces, sequence_of, start_of, strict=True)):
@@ -213,8 +213,11 @@ def _fill(batch: Batch, cells: tuple[int, slice], recording: Recording, piece: P
         return
     assert segment.speed_rad_s is not None
     batch.observed[cells] = at_duty(recording, segment.speed_rad_s[rows], time) / observation.unit
-    window = np.full(len(time), observation.window_s)
-    if recording.speed_window_rows is not None and batch.span.ndim:
+    window, read = np.full(len(time), observation.window_s), np.ones(len(time), bool)
+    if recording.speed_pulses_per_rev is not None:
+        window, read = (one[rows] for one in pulse_windows(segment, recording.speed_pulses_per_rev))
+        batch.span[cells] = window / observation.window_s
+    elif recording.speed_window_rows is not None and batch.span.ndim:
         window = rows_span(time, recording.speed_window_rows, observation.window_s)
         batch.span[cells] = window / observation.window_s
     begin = np.maximum(time - window, time[0])
@@ -222,7 +225,11 @@ def _fill(batch: Batch, cells: tuple[int, slice], recording: Recording, piece: P
     batch.back[cells] = np.arange(len(time)) - row
     batch.part[cells] = np.maximum(begin - time[row], 0.0)
     # Before a piece that begins at rest the shaft stood still.
-    batch.valid[cells] = not piece.free or time - time[0] >= window * (1 - 1e-9)
+    batch.valid[cells] = read & (not piece.free or time - time[0] >= window * (1 - 1e-9))
+
+
+def _has_equal_windows(recording: Recording) -> bool:
+    return recording.period_s is not None and recording.speed_pulses_per_rev is None
 
 
 def rows_span(time: np.ndarray, number: int, usual_s: float) -> np.ndarray:
@@ -334,7 +341,7 @@ def _observation(recording: Recording) -> Observation:
         return Observation("turn", recording.count_rad, 1 / 6, rounding(recording))
     window, period = recording.speed_window_s or 0.0, recording.period_s
     # The mean over the previous tick is what a count difference is: neighbours share a rounding error.
-    over_tick = period is not None and abs(window - period) < 1e-6 * period
+    over_tick = period is not None and abs(window - period) < 1e-6 * period and recording.speed_pulses_per_rev is None
     if recording.measured == "angle" or over_tick:
         return Observation("turn", 1.0, 1 / 6, unknown(recording), window if over_tick else 0.0)
     return Observation("window" if window else "speed", 1.0, 1 / 12, unknown(recording), window)

@@ -58,7 +58,9 @@ def row_window(recording: Recording, segments: tuple[int, ...]) -> RowWindow | N
 
     Where the header states a window, that many rows alone are tried.
     """
-    if recording.measured != "speed" or recording.period_s is not None or recording.speed_window_rows is not None:
+    if recording.measured != "speed" or recording.period_s is not None:
+        return None
+    if recording.speed_window_rows is not None or recording.speed_pulses_per_rev is not None:
         return None
     rows = log_rows(dataclasses.replace(recording, speed_window_s=None), segments).first(ENOUGH_ROWS)
     usual_s, stated_s = rows.typical_s, recording.speed_window_s

@@ -21,6 +21,7 @@ from jaxmotor.recording._jumps import check_jumps as check_jumps
 from jaxmotor.recording._log_unit import LogUnit as LogUnit
 from jaxmotor.recording._log_unit import log_unit as log_unit
 from jaxmotor.recording._own_words import as_options as as_options
+from jaxmotor.recording._pulse_windows import pulse_windows as pulse_windows
 from jaxmotor.recording._ranges import ranges as ranges
 from jaxmotor.recording._read import read as read
 from jaxmotor.recording._read import recording_of as recording_of

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 from jaxmotor.recording._jumps import check_jumps
+from jaxmotor.recording._pulse_windows import check_pulses
 from jaxmotor.recording._ranges import ranges
 from jaxmotor.recording._read import recording_of
 from jaxmotor.recording._recording import Recording, RecordingError, Segment, mean_speeds
@@ -59,6 +60,7 @@ def check_output(recording: Recording) -> None:
     """**Raises:** `RecordingError` where the shaft never moved, or its speed never changed, or is not known to be over
     what."""
     check_window(recording)
+    check_pulses(recording)
     shafts = [segment.shaft for segment in recording.segments]
     if recording.measured == "speed":
         level, still = shafts[0][0], np.ptp(np.concatenate(shafts)) <= SLOWEST_RAD_S

@@ -14,6 +14,7 @@ from jaxmotor.recording._check import lost_ticks
 from jaxmotor.recording._header import RANGES
 from jaxmotor.recording._log import Log, assemble
 from jaxmotor.recording._own_words import in_own_words
+from jaxmotor.recording._pulse_windows import usual_window_s
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._supply import supplied
@@ -48,6 +49,7 @@ def import_log(
     supply_unknown: bool = False,
     counts_per_rev: float | int | None = None,
     speed_window_s: float | int | None = None,
+    speed_pulses_per_rev: float | int | None = None,
     wheel_radius_m: float | int | None = None,
     drive: Drive | None = None,
     input_acts: Acts = "after",
@@ -72,6 +74,9 @@ def import_log(
     last row the input is not known and taken to stay. A row whose input or shaft is missing (empty or `nan`) is a gap:
     a skipped tick where time stamps are even, else the next row begins a new segment.
 
+    `speed_window_s` says over how long each speed is a mean; `speed_pulses_per_rev` that each is from the time between
+    the last two pulses of a sensor, so many per turn of the output shaft.
+
     `columns` names the columns of a log without names, separated by commas; `drop_first` rows are left out at the
     beginning of the log and of each segment; with `decimal_comma` numbers are like 3,14.
 
@@ -89,7 +94,9 @@ def import_log(
     shaft.check()
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
-    period_s = _period(period_s)
+    period_s, pulses_per_rev = _period(period_s), positive(speed_pulses_per_rev, "--speed-pulses")
+    if pulses_per_rev is not None and (speed is None or speed_window_s is not None):
+        raise RecordingError("--speed-pulses is of a --speed, and says over how long it is; leave --speed-window out")
     if supply_unknown and (supply_V is not None or supply is not None):
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
     table = path if isinstance(path, Table) else _opened(path, columns, drop_first, decimal_comma)
@@ -122,10 +129,20 @@ def import_log(
         drive=drive,
         header={"imported": imported} | ({"supply_unknown": True} if supply_unknown else {}),
     )
+    if pulses_per_rev is not None:
+        recording = _of_pulses(recording, pulses_per_rev)
     # What was counted in a row that is missing is lost.
     lost = pulses is not None and (missing or any(map(lost_ticks, recording.segments)))
     recording = dataclasses.replace(recording, count_resets=True) if lost else recording
     return supplied(recording, scaled=supply_V is not None)
+
+
+def _of_pulses(recording: Recording, pulses_per_rev: float) -> Recording:
+    """`recording`, whose speeds are from the time between two pulses."""
+    usual_s = usual_window_s(recording.segments, pulses_per_rev)
+    if usual_s is None:
+        raise RecordingError(f"{recording.source}: no speed ever changes, so no pulse is seen; check --speed")
+    return dataclasses.replace(recording, speed_pulses_per_rev=pulses_per_rev, speed_window_s=usual_s)
 
 
 def _period(value: float | int | None) -> float | None:

@@ -37,6 +37,7 @@ def from_arrays(
     duty_full_scale: float | int | None = None,
     counts_per_rev: float | int | None = None,
     speed_window_s: float | int | None = None,
+    speed_pulses_per_rev: float | int | None = None,
     drive: Drive | None = None,
     input_acts: Acts = "after",
     kind: str | Sequence[str] = "other",
@@ -86,6 +87,7 @@ def from_arrays(
             supply_unknown=supply_unknown,
             counts_per_rev=counts_per_rev,
             speed_window_s=speed_window_s,
+            speed_pulses_per_rev=speed_pulses_per_rev,
             drive=drive,
             input_acts=input_acts,
         )

@@ -25,12 +25,16 @@ RANGES = {
     "duty_full_scale": (1e-6, 1e12),
     "supply_V": (1e-6, 1e6),
     "speed_window_s": (0.0, 1e4),
+    "speed_pulses_per_rev": (1e-3, 1e12),
     "duty_delay_s": (0.0, 1e4),
     "start_s": (0.0, 1e10),
 }
 """The numbers of the header, with the least and the greatest value that can be meant."""
 TEXTS = ("motor", "rig", "firmware", "created", "notes")
-NUMBERS = ("period_s", "counts_per_rev", "duty_full_scale", "supply_V", "speed_window_s", "duty_delay_s")
+NUMBERS = (
+    *("period_s", "counts_per_rev", "duty_full_scale", "supply_V"),
+    *("speed_window_s", "speed_pulses_per_rev", "duty_delay_s"),
+)
 OWN_KEYS = (*NUMBERS, "speed_window_rows", "drive", "count_resets")
 MOST_WINDOW_ROWS = 1000
 """Rows that a speed may be a mean over."""
@@ -110,6 +114,7 @@ def _check_recording(header: Header) -> None:
         sentence = f"duty_delay_s = {late:g} is not below the period of {period:g} s; shift the duties by whole ticks"
         raise header.fault("duty_delay_s", sentence)
     _check_window_rows(header)
+    _check_pulses(header)
     if header.values.get("drive", "brake") not in ("brake", "coast"):
         value = shown(str(header.values["drive"]))
         raise header.fault("drive", f"drive = {value} is not known; it is 'brake', 'coast', or left out")
@@ -131,6 +136,16 @@ def _check_window_rows(header: Header) -> None:
     if not header.values.get("speed_window_s"):
         sentence = "speed_window_rows needs speed_window_s, how long so many rows usually take"
         raise header.fault("speed_window_rows", sentence)
+
+
+def _check_pulses(header: Header) -> None:
+    if "speed_pulses_per_rev" not in header.values:
+        return
+    if not header.values.get("speed_window_s") or "speed_window_rows" in header.values:
+        sentence = (
+            "speed_pulses_per_rev needs speed_window_s, over how long speeds usually are, and no speed_window_rows"
+        )
+        raise header.fault("speed_pulses_per_rev", sentence)
 
 
 def _check_segments(header: Header) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from jaxmotor._arguments import taken
+from jaxmotor.recording._pulse_windows import usual_window_s
 from jaxmotor.recording._read import recording_of
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._supply import supplied
@@ -21,10 +22,11 @@ SHARED = {
     "drive": "a bridge set to {}",
     "speed_window_s": "speeds over {} s",
     "speed_window_rows": "speeds over {} rows",
+    "speed_pulses_per_rev": "speeds from {} pulses per turn",
     "duty_delay_s": "duties that act {} s late",
 }
 """What one rig has one of."""
-MEANS = ("period_s", "speed_window_s", "speed_window_rows", "duty_delay_s")
+MEANS = ("period_s", "speed_window_s", "speed_window_rows", "speed_pulses_per_rev", "duty_delay_s")
 """What must be stated by all or by none: it says how rows are to be read."""
 
 
@@ -47,13 +49,18 @@ def join(recordings: Iterable[Recording | str | os.PathLike[str]]) -> Recording:
                 f"{first.name} holds the {first.measured}, {other.name} the {other.measured}; join what was measured "
                 "alike"
             )
-    shared = {name: _agreed(recordings, name) for name in SHARED}
+    pulses = first.speed_pulses_per_rev
+    # Over how long speeds from pulses usually are is no property of the rig.
+    rig = [name for name in SHARED if pulses is None or name != "speed_window_s"]
+    shared = {name: _agreed(recordings, name) for name in rig}
     segments: list[Segment] = []
     begin = 0.0
     for recording in recordings:
         last = max(float(segment.start_s + segment.time_s[-1]) for segment in recording.segments)
         segments += [dataclasses.replace(one, start_s=begin + one.start_s) for one in recording.segments]
         begin += last + PAUSE_S
+    if pulses is not None:
+        shared["speed_window_s"] = usual_window_s(segments, pulses)
     header = {key: value for recording in reversed(recordings) for key, value in recording.header.items()}
     header["joined"] = [Path(recording.source).name for recording in recordings]
     resets = len(recordings) > 1 or first.count_resets

@@ -14,6 +14,7 @@ ARGUMENTS = {
     "supply": "supply_V",
     "supply-column": "supply",
     "speed-window": "speed_window_s",
+    "speed-pulses": "speed_pulses_per_rev",
     "wheel-radius": "wheel_radius_m",
     "period": "period_s",
     "steady": "hold_s",

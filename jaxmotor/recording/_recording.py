@@ -101,6 +101,9 @@ class Recording(Shown):
     speed_window_rows: int | None = None
     """Each speed is the mean from so many rows before its own row to it, in however long: `speed_window_s` is then how
     long that takes where rows are even. None: the mean is over a fixed time."""
+    speed_pulses_per_rev: float | None = None
+    """Each speed is from the time between the last two pulses of a sensor, so many in a turn of the shaft [1/rev];
+    `speed_window_s` is then over how long speeds usually are. None: they are not."""
     duty_delay_s: float | None = None
     """From the moment at which a row was measured to that at which its voltage acts [s]; None is none."""
     count_resets: bool = False
