@@ -19,10 +19,10 @@ def pulse_windows(segment: Segment, pulses_per_rev: float) -> tuple[Float[np.nda
     assert segment.speed_rad_s is not None
     size, time = np.abs(segment.speed_rad_s), segment.time_s
     row_s = np.diff(time, prepend=time[:1])
-    row_s[0] = row_s[1] if len(row_s) > 1 else 0.0
-    with np.errstate(divide="ignore"):
+    row_s[0] = row_s[1] if len(row_s) > 1 else 1.0
+    with np.errstate(divide="ignore", over="ignore"):
         apart_s = 2 * np.pi / pulses_per_rev / size
-    fresh = (size > 0) & ((np.diff(size, prepend=size[:1]) != 0) | (apart_s < row_s))
+    fresh = np.isfinite(apart_s) & ((np.diff(size, prepend=size[:1]) != 0) | (apart_s < row_s))
     return np.where(fresh, apart_s + np.minimum(apart_s, row_s), row_s), fresh
 
 

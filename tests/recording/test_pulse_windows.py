@@ -47,6 +47,9 @@ def test_where_no_pulse_came_nothing_was_read():
     assert fresh.tolist() == [False, False, True, False, False, True, False, True]
     assert window[2] == pytest.approx(APART_RAD / 5 + 0.01) and window[7] == pytest.approx(2 * APART_RAD / 40)
     assert np.isfinite(window).all()
+    one = Segment("other", 0.0, True, {}, time_s=time[:1], volts=np.ones(1), speed_rad_s=np.array([1e-320]))
+    window, fresh = pulse_windows(one, PULSES)
+    assert window.tolist() == [1.0] and fresh.tolist() == [False]
 
 
 def log_of(tmp_path, pulses=PULSES, name="log.csv", scale=1.0):
