@@ -139,9 +139,14 @@ def _told(interval: Interval, unit: str, factor: float = 1.0) -> str:
 
 def _motor(diagnosis: Diagnosis) -> str:
     linear, error = diagnosis.motor.linear, diagnosis.standard_error
-    gain = with_error(float(linear.gain), error["gain_rad_s_V"], "rad/s/V")
-    pole = with_error(float(linear.pole), error["pole_rad_s"], "rad/s")
-    return f"gain {gain}, pole {pole}{' beside these effects' if diagnosis.named else ''}; ± is 95 %"
+    gain = _known("gain", float(linear.gain), error["gain_rad_s_V"], "rad/s/V")
+    pole = _known("pole", float(linear.pole), error["pole_rad_s"], "rad/s")
+    return f"{gain}, {pole}{' beside these effects' if diagnosis.named else ''}; ± is 95 %"
+
+
+def _known(name: str, value: float, error: float, unit: str) -> str:
+    """An interval that holds zero says nothing of its middle."""
+    return f"{name} {with_error(value, error, unit)}" if 1.96 * error < abs(value) else f"{name} not determined"
 
 
 def _advice(diagnosis: Diagnosis) -> list[str]:

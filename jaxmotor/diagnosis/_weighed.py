@@ -16,7 +16,14 @@ from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._visited import falling
-from jaxmotor.motor.effects import LEARNED, OF_LOG, AbstractEffect, AbstractLearnedEffect, AbstractStepInTime
+from jaxmotor.motor.effects import (
+    LEARNED,
+    OF_LOG,
+    AbstractEffect,
+    AbstractLearnedEffect,
+    AbstractStepInTime,
+    parameters,
+)
 
 ALTERNATIVES = 4
 """Of each effect that are scored on held-out rows."""
@@ -56,9 +63,10 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
             error["moment_s"] = moment_error(study.solver, found.fitted, effect, rig)
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
-        own, more = about[effect.name], _more_than_ordinary(effect, error)
+        own, more, unknown = about[effect.name], _more_than_ordinary(effect, error), _unknown(effect, error)
         sure, with_equal, family = (more * share for share in _sureness(own, found.families.get(effect.family, 0.0)))
-        unknown = _unknown(effect, error)
+        if _may_be_none(effect, unknown):
+            sure = with_equal = 0.0
         effects.append(
             FoundEffect(
                 effect,
@@ -83,6 +91,13 @@ def _more_than_ordinary(effect: AbstractEffect, error: dict[str, float]) -> floa
     [(name, spread)] = error.items()
     apart = float(getattr(effect, name)) - effect.ordinary
     return math.erf(max(apart, 0.0) / (math.sqrt(2) * spread)) if spread > 0 else 1.0
+
+
+def _may_be_none(effect: AbstractEffect, unknown: tuple[str, ...]) -> bool:
+    """All that it takes or adds is within its error of zero: something is there, but this says nothing of it."""
+    about = parameters(effect)
+    sizes = [name for name in about if about[name]["neutral"] == 0.0 and name != "phase_rad"]
+    return bool(sizes) and set(sizes) <= set(unknown)
 
 
 def _sureness(named: Named, of_family: float) -> tuple[float, float, float]:

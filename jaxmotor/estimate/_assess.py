@@ -18,11 +18,16 @@ QUIET_LOG10_Q = -4.0
 """Below this process term [decades of the floor] the encoder alone explains the residuals."""
 QUIET_CHI2 = 1.1
 """chi2 per sample up to which the residual may be the noise alone."""
+CHANCE = 10.0
+"""Drop of the sum of squares that chance gives at most where friction and delay are let in."""
 EVIDENCE = 40.0
-"""Drop of the sum of squares by which friction and delay are taken to be there; chance gives up to 10, a rounding
-error that repeats itself or a torque that wanders up to 30, coloured noise as many times that as its rows are one."""
+"""The same by which they are taken to be there: a rounding error that repeats itself or a torque that wanders gives up
+to 30, coloured noise as many times that as its rows are one."""
 FEW_CLUSTERS = 6
 """With fewer blocks of rows than this their disagreement says too little on its own."""
+ENDLESS = 2.0
+"""Degrees of freedom up to which Student's t has no variance: one or two blocks tell nearly all, and how they disagree
+says nothing."""
 UNDETERMINED = 0.3
 """Relative standard error from which a parameter is said not to be determined."""
 HELD_OFFSET = (1,)
@@ -76,16 +81,15 @@ def assess(
     """The standard errors that fit the residuals' nature, and notes on what they rest on.
 
     Where the encoder alone explains the residuals: rounding drawn anew. Else: from how segments disagree, widened
-    by Student's t, so that 1.96 standard errors hold the truth 95 times of 100; where nothing but noise is left and one
-    segment tells nearly all, from that noise. What friction or a delay would move
-    is added where the recording shows them. ψ ends with what is `of_log`: "filter" (log of its time constant [s]),
-    "window" (log of its rows) and "offset" (rows); `alike` says that an offset would do as well as the window. Of ψ
-    those that are `held` were not fitted.
+    by Student's t, so that 1.96 standard errors hold the truth 95 times of 100; where one or two tell nearly all, from
+    the residual's size and colour. What friction or a delay would move is added where the recording shows them. ψ ends
+    with what is `of_log`: "filter" (log of its time constant [s]), "window" (log of its rows) and "offset" (rows);
+    `alike` says that an offset would do as well as the window. Of ψ those that are `held` were not fitted.
 
     **Raises:** `JaxmotorError` where gain or pole are not determined.
     """
     psi, errors, notes = np.asarray(solution.psi), _of_fitted(errors, held), [NO_OFFSET] if held else []
-    model, covariance, shift = np.asarray(errors.model), _by_residuals(packed, errors), _shift(packed, errors)
+    model, covariance, shift = np.asarray(errors.model), _by_residuals(packed, errors), left_over(packed, errors)
     if shift is not None:
         covariance = covariance + np.outer(shift, shift)
         notes.append(
@@ -149,9 +153,7 @@ def _by_residuals(packed: Packed, errors: Uncertainty) -> np.ndarray:
     covariance = np.asarray(errors.clustered) * np.outer(widen, widen)
     if errors.clusters < FEW_CLUSTERS:
         covariance = _larger(covariance, model)
-    # What a motor leaves beside noise is alike over many rows: then one block alone says nothing.
-    noise_alone = float(errors.chi2) < QUIET_CHI2 and float(errors.evidence) < EVIDENCE
-    return _in_place(covariance, model, (freedom < 1) & noise_alone)
+    return _in_place(covariance, colour(packed) * model, freedom <= ENDLESS)
 
 
 def _in_place(one: np.ndarray, other: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -163,15 +165,25 @@ def _in_place(one: np.ndarray, other: np.ndarray, places: np.ndarray) -> np.ndar
     return other * np.outer(scale, scale)
 
 
-def _shift(packed: Packed, errors: Uncertainty) -> np.ndarray | None:
-    """(p,) how far friction or a delay moves ψ; None where the data show neither."""
-    # Where no more than the noise is left, its colour may look like evidence.
+def colour(packed: Packed) -> float:
+    """Rows that are worth one independent reading, where the noise is not known."""
     noise = packed.observation.noise
-    by_chance = max(noise.rows_per_reading, 1.0) if errors.chi2 < QUIET_CHI2 and not noise.known else 1.0
-    if errors.evidence > EVIDENCE * by_chance:
+    return 1.0 if noise.known else max(noise.rows_per_reading, 1.0)
+
+
+def leaves_something(errors: Uncertainty) -> bool:
+    """The motor may leave something beside white noise."""
+    return max(float(errors.evidence), _strongest(errors)[0]) > CHANCE
+
+
+def left_over(packed: Packed, errors: Uncertainty) -> np.ndarray | None:
+    """(p,) how far what the motor leaves beside the noise, friction or a delay or the one hidden law that explains
+    most of it, moves ψ; None where the data show none."""
+    by_chance = EVIDENCE * colour(packed)
+    if errors.evidence > by_chance:
         return np.asarray(errors.allowance)
     alone, moved = _strongest(errors)
-    return moved if alone > EVIDENCE * by_chance else None
+    return moved if alone > by_chance else None
 
 
 def _strongest(errors: Uncertainty) -> tuple[float, np.ndarray]:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.estimate._assess import EVIDENCE, QUIET_CHI2, Assessment, assess, student_t
+from jaxmotor.estimate._assess import QUIET_CHI2, Assessment, assess, colour, left_over, student_t
 from jaxmotor.estimate._estimate import Estimate, fit_whole
 from jaxmotor.estimate._speed_average import stated_window
 from jaxmotor.estimate._uncertainty import HIDDEN
@@ -59,12 +59,6 @@ class Candidate(NamedTuple):
         return float((np.asarray(self.estimate.solution.residual) ** 2).sum())
 
 
-def explained(packed: Packed, estimate: Estimate) -> bool:
-    """No friction and no delay are left to be seen, beyond what the noise's colour looks like."""
-    evidence, chi2 = float(estimate.errors.evidence), float(estimate.errors.chi2)
-    return evidence <= EVIDENCE or (chi2 < QUIET_CHI2 and evidence <= EVIDENCE * _colour(packed))
-
-
 def averaged(
     recording: Recording,
     fitted: tuple[int, ...],
@@ -88,7 +82,7 @@ def averaged(
         search.packed = without_transients(recording, pack(restated, fitted, rest_before=True, few_shapes=True))
         chosen = search.fit(chosen.of_log, chosen.psi)
     if chosen is None or not (
-        float(chosen.estimate.errors.chi2) < QUIET_CHI2 or explained(search.packed, chosen.estimate)
+        float(chosen.estimate.errors.chi2) < QUIET_CHI2 or left_over(search.packed, chosen.estimate.errors) is None
     ):
         return None
     estimate = _only(chosen)
@@ -164,13 +158,8 @@ class _Search:
         return start
 
     def _cost(self, one: Candidate) -> float:
-        number = len(self.packed) / _colour(self.packed)
+        number = len(self.packed) / colour(self.packed)
         return number * np.log(one.square) + len(one.of_log) * np.log(number)
-
-
-def _colour(packed: Packed) -> float:
-    """Rows that are worth one."""
-    return max(packed.observation.noise.rows_per_reading, 1.0)
 
 
 def _only(candidate: Candidate) -> Estimate:

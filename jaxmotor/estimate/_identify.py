@@ -9,8 +9,16 @@ from jaxmotor._arguments import check_choice, check_whole
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._programs import compile_ahead
-from jaxmotor.estimate._assess import EVIDENCE, HELD_OFFSET, UNDETERMINED, Assessment, assess, is_quiet
-from jaxmotor.estimate._averaging import averaged, explained
+from jaxmotor.estimate._assess import (
+    EVIDENCE,
+    HELD_OFFSET,
+    UNDETERMINED,
+    Assessment,
+    assess,
+    is_quiet,
+    leaves_something,
+)
+from jaxmotor.estimate._averaging import averaged
 from jaxmotor.estimate._compiled import evaluate_program, response_program, start_program, trajectory_program
 from jaxmotor.estimate._electrical import electrical_share
 from jaxmotor.estimate._estimate import Estimate, fit_whole
@@ -268,7 +276,7 @@ def _fit_of(
         if found is None:
             raise
         return found
-    if unstated and not explained(packed, plain):
+    if unstated and leaves_something(plain.errors):
         found = averaged(recording, fitted, noise, np.asarray(plain.solution.psi), seed, held)
         if found is not None:
             return found

@@ -134,8 +134,10 @@ class _State(NamedTuple):
     width: Float[Array, ""]
     steps: Int[Array, ""]
     moved: Float[Array, ""]
+    step: Float[Array, " p"]
+    """The last one."""
     at: Linearised
-    """From which the last step was taken."""
+    """From which it was taken."""
 
 
 def solve(problem: Problem, psi: Float[Array, " p"]) -> tuple[Solution, Linearised]:
@@ -152,6 +154,7 @@ def solve(problem: Problem, psi: Float[Array, " p"]) -> tuple[Solution, Linearis
         jnp.asarray((high - low) / 2, dtype),
         jnp.asarray(0),
         jnp.asarray(jnp.inf, dtype),
+        jnp.zeros_like(psi),
         Linearised(*nothing),
     )
 
@@ -170,12 +173,18 @@ def _step(before: _State, problem: Problem) -> _State:
     log10_q, width = _process_term(before.log10_q, before.width, columns, at.starts, problem)
     white, speeds, _ = whitened(columns, at.starts, 10**log10_q, problem)
     _, delta, normal = least_squares(white)
-    step = _clipped(delta, normal)
+    step = _halved(_clipped(delta, normal), before.step, normal)
     initial_speed = before.initial_speed + speeds[:, 0] - speeds[:, 1:] @ step
     moved = jnp.sqrt((jnp.einsum("lrp,p->lr", white[..., 1:], delta) ** 2).sum())
     # The process term's bracket must have closed, too, before a small step means the end.
     moved = jnp.where(width < 0.05, moved, jnp.inf)
-    return _State(before.psi + step, initial_speed, log10_q, width, before.steps + 1, moved, at)
+    return _State(before.psi + step, initial_speed, log10_q, width, before.steps + 1, moved, step, at)
+
+
+def _halved(step: Float[Array, " p"], last: Float[Array, " p"], normal: Float[Array, "p p"]) -> Float[Array, " p"]:
+    """Half a `step` that takes back most of the `last` one, where steps would go to and fro without an end."""
+    back = -(step @ normal @ last) > 0.5 * (last @ normal @ last)
+    return jnp.where(back & (last != 0).any(), 0.5 * step, step)
 
 
 def linearise(psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem) -> Linearised:

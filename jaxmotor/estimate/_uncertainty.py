@@ -7,7 +7,7 @@ residual):
 `clustered`   From how the estimate moves when one segment is left out (the jackknife, "CR3"): F_s and score g_s of each
               segment give (F - F_s)⁻¹ g_s. Right for errors that are alike within a segment, whatever they are, at
               the price of few degrees of freedom: 1/Σ share² - 1, where share is a segment's part of the information.
-              Below one a single segment tells nearly all: the others do not say how far off that is.
+              Up to two a segment or two tell nearly all: the others do not say how far off that is.
 `requantised` From rounding the fitted motion anew with random encoder offsets. The rounding error is not white where
               the motor stands still, hardly moves, or repeats the same counts every period; chi2 does not show that.
 `allowance`   How far the estimate moves when Coulomb friction and a delay, the two things that real motors have and a
@@ -57,8 +57,8 @@ class Uncertainty(NamedTuple):
     chi2: Float[Array, ""]
     """Mean squared residual of the plain differences over the floor."""
     pole_share: Float[Array, ""]
-    """Part of the motion (root mean square) that a pole e times as large would change, with gain and offset at their
-    best [1]."""
+    """Part of the motion (root mean square about its mean) that a pole e times as large would change, with gain and
+    offset at their best [1]."""
     hidden: Float[Array, " h"]
     """Amount of each of `HIDDEN`, alone beside the motor, that fits best."""
     hidden_error: Float[Array, " h"]
@@ -113,8 +113,9 @@ def _pole_share(solution: Solution, problem: Problem) -> Float[Array, ""]:
     linear, pole = solution.jacobian[..., :2], solution.jacobian[..., 2]
     normal = jnp.einsum("lrp,lrq->pq", linear, linear)
     rest = pole - linear @ solve_normal(normal, jnp.einsum("lrp,lr->p", linear, pole))
-    observed = jnp.where(jnp.asarray(problem.batch.valid), jnp.asarray(problem.batch.observed), 0.0)
-    return jnp.sqrt((rest**2).sum() / (observed**2).sum())
+    observed, valid = jnp.asarray(problem.batch.observed), jnp.asarray(problem.batch.valid)
+    about = observed - observed.mean(where=valid)
+    return jnp.sqrt((rest**2).sum() / (about**2).sum(where=valid))
 
 
 def _hidden(solution: Solution, at: Linearised, problem: Problem) -> Float[Array, "sequence row h"]:

@@ -118,3 +118,12 @@ def test_window_and_offset_of_a_measured_log():
     assert abs(fit.average.length_s - 0.02) < 1.96 * fit.average.standard_error_s < 2e-3
     assert fit.timing.offset_s == pytest.approx(-8.5e-3, abs=1e-3)
     assert fit.fit_percent > 96
+
+
+@pytest.mark.skipif(not FOLDER.is_dir(), reason="no measured logs; name their folder with JAXMOTOR_DATA")
+def test_a_measured_step_alone_tells_its_window_and_the_pole():
+    """Of the same motor a long PRBS says 26.7 +- 0.3 rad/s."""
+    fit = identify(dataclasses.replace(measured("brake/step_open"), speed_window_s=None))
+    assert fit.average is not None
+    assert abs(fit.average.length_s - 0.02) < 1.96 * fit.average.standard_error_s < 5e-3
+    assert abs(float(fit.motor.pole) - 26.7) < 1.96 * float(fit.standard_error.pole) < 3
