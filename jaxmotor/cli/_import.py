@@ -25,7 +25,9 @@ def import_command(
     wrap: Annotated[
         str | None, typer.Option(metavar="BITS|turn", help="The counter wraps at so many bits, the angle at a turn.")
     ] = None,
-    segment: Annotated[str | None, typer.Option(metavar="COL", help="Each change begins a segment.")] = None,
+    segment: Annotated[
+        str | None, typer.Option(metavar="COL", help="Each change begins a segment; of the time, each start anew.")
+    ] = None,
     supply: Annotated[float | None, typer.Option(metavar="V", help="Supply, for duty and percent.")] = None,
     supply_column: Annotated[
         str | None, typer.Option(metavar="COL:V|mV", help="Measured supply; cells may be empty.")
@@ -152,6 +154,9 @@ def _summary(recording, output: Path) -> str:
     number = f"{len(segments)} segment{'s' if len(segments) > 1 else ''}"
     missing = recording.header.get("imported", {}).get("missing_rows", 0)
     without = f"; {missing} rows without input or shaft are gaps" if missing else ""
+    every_s = recording.header.get("readings_every_s")
+    if every_s is not None:
+        without += f"; the log repeated each reading for about {1e3 * every_s:.3g} ms, only new ones are kept"
     if recording.period_s is None:
         return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept{without}"
     lost = sum(map(lost_ticks, segments))

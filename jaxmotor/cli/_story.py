@@ -145,8 +145,10 @@ def _motor(diagnosis: Diagnosis) -> str:
 
 
 def _known(name: str, value: float, error: float, unit: str) -> str:
-    """An interval that holds zero says nothing of its middle."""
-    return f"{name} {with_error(value, error, unit)}" if 1.96 * error < abs(value) else f"{name} not determined"
+    """An interval that holds zero says little of its middle; a wider one, nothing."""
+    if 1.96 * error < abs(value):
+        return f"{name} {with_error(value, error, unit)}"
+    return f"{name} not determined" + (f" ({with_error(value, error, unit)})" if error < 5 * abs(value) else "")
 
 
 def _advice(diagnosis: Diagnosis) -> list[str]:

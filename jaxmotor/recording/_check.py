@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from jaxmotor._arguments import is_number
 from jaxmotor.recording._jumps import check_jumps
 from jaxmotor.recording._pulse_windows import check_pulses
 from jaxmotor.recording._ranges import ranges
@@ -44,6 +45,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_sign(recording),
         *warn_unknowns(recording),
         *warn_supply(recording),
+        *warn_repeats(recording),
     )
 
 
@@ -200,6 +202,17 @@ def warn_unknowns(recording: Recording) -> list[str]:
             "nobody knows the supply: 1 V stands for it, so volts are shares of it, and gains are speeds at full duty"
         )
     return sentences
+
+
+def warn_repeats(recording: Recording) -> list[str]:
+    """Readings of which the log repeated each until the next one."""
+    every = recording.header.get("readings_every_s")
+    if not isinstance(every, int | float) or not is_number(every):
+        return []
+    return [
+        f"the log repeated each reading for about {1e3 * every:.3g} ms, so only rows with a new one are kept, each "
+        "with the mean voltage until the next; let the sensor give them as often as they are logged"
+    ]
 
 
 def warn_supply(recording: Recording) -> list[str]:

@@ -12,7 +12,8 @@ from jaxmotor._arguments import check_choice, check_text, check_whole, is_number
 from jaxmotor._sentences import shown
 from jaxmotor.recording._check import lost_ticks
 from jaxmotor.recording._header import RANGES
-from jaxmotor.recording._log import Log, assemble
+from jaxmotor.recording._log import assemble
+from jaxmotor.recording._log_columns import Log
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._pulse_windows import usual_window_s
 from jaxmotor.recording._recording import Recording, RecordingError
@@ -67,12 +68,14 @@ def import_log(
     `"turn"` for an angle within one turn. The supply is `supply_V`, or the column `supply` (`COL:V|mV`), or both:
     then the column is scaled so that it begins at `supply_V`. Where it is `supply_unknown`, 1 V stands for it.
 
-    Even time stamps become ticks, uneven ones stay time. Each change of the column `segment` begins a new segment;
-    its value is kept as the parameter `label`. A segment is taken to start at rest only where the log shows it: at
-    least its first two rows have zero input, and throughout these rows the shaft does not move. `input_acts` says
-    whether a row's input is applied from that row on, or was until it: then it is moved to the row before, and of the
-    last row the input is not known and taken to stay. A row whose input or shaft is missing (empty or `nan`) is a gap:
-    a skipped tick where time stamps are even, else the next row begins a new segment.
+    Even time stamps become ticks, uneven ones stay time. Each change of the column `segment` begins a new segment; its
+    value is kept as the parameter `label`; where that is the column of the time, one begins wherever time runs back. A
+    segment is taken to start at rest only where the log shows it: at least its first two rows have zero input, and
+    throughout these rows the shaft does not move. `input_acts` says whether a row's input is applied from that row on,
+    or was until it: then it is moved to the row before, and of the last row the input is not known and taken to stay. A
+    row whose input or shaft is missing (empty or `nan`) is a gap: a skipped tick where time stamps are even, else the
+    next row begins a new segment. Rows that only repeat a reading while the shaft moves on are left out (`_repeats`);
+    the header then says how often a new one comes.
 
     `speed_window_s` says over how long each speed is a mean; `speed_pulses_per_rev` that each is from the time between
     the last two pulses of a sensor, so many per turn of the output shaft.
@@ -102,12 +105,12 @@ def import_log(
     table = path if isinstance(path, Table) else _opened(path, columns, drop_first, decimal_comma)
     names = list(table.cells)
     with about_log(table.source):
-        table, bounds, labels = _segments(table, segment, drop_first)
+        clock, unit_s = ("", 1.0) if time is None else split_time(time, names)
+        table, bounds, labels = _segments(table, segment, drop_first, clock)
         stamps = np.arange(len(table)) * (period_s or 1.0), 0.0
         if time is not None:
-            clock, unit_s = split_time(time, names)
             stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
-        _check_time(table, stamps[0], bounds)
+        _check_time(table, stamps[0], bounds, clock)
         stated_input = split_input(input, names)
         measured = None if supply is None else _supply(table, supply, names)
         nominal_V = _nominal(stated_input, measured, supply_V, supply_unknown)
@@ -123,11 +126,12 @@ def import_log(
         ["other"] * len(labels),
         source=table.source,
         counts_per_rev=scale.counts_per_rev,
-        duty_full_scale=log.input[2],
         supply_V=nominal_V,
         speed_window_s=speed_window_s,
         drive=drive,
         header={"imported": imported} | ({"supply_unknown": True} if supply_unknown else {}),
+        # Of those from pulses it is known which are new.
+        keep_repeats=pulses_per_rev is not None,
     )
     if pulses_per_rev is not None:
         recording = _of_pulses(recording, pulses_per_rev)
@@ -281,8 +285,9 @@ def input_of(
     return duty / full * supply_V, duty, full
 
 
-def _segments(table: Table, segment: str | None, drop: int) -> tuple[Table, np.ndarray, list[str | None]]:
-    """The table, (segments + 1,) rows at which segments begin, and the end; the label of each.
+def _segments(table: Table, segment: str | None, drop: int, clock: str) -> tuple[Table, np.ndarray, list[str | None]]:
+    """The table, (segments + 1,) rows at which segments begin, and the end; the label of each. In the column `clock`
+    the time runs back where one begins.
 
     Of all segments but the first, whose first rows were not even read, `drop` rows are left out.
     """
@@ -290,7 +295,11 @@ def _segments(table: Table, segment: str | None, drop: int) -> tuple[Table, np.n
         return table, np.array([0, len(table)]), [None]
     if segment not in table.cells:
         raise RecordingError(f"there is no column {segment!r}; the columns are {', '.join(map(repr, table.cells))}")
-    labels = [label.strip() for label in table.cells[segment]]
+    if segment == clock:
+        back = np.diff(table.numbers(clock), prepend=-np.inf) < 0
+        labels = [str(number) for number in np.cumsum(back).tolist()]
+    else:
+        labels = [label.strip() for label in table.cells[segment]]
     starts = [0, *(row for row in range(1, len(table)) if labels[row] != labels[row - 1])]
     if len(starts) > MAX_LABELS:
         raise RecordingError(f"{segment!r} changes {len(starts)} times; it is no segment column, or split the log")
@@ -305,11 +314,14 @@ def _segments(table: Table, segment: str | None, drop: int) -> tuple[Table, np.n
     return table.only(kept), np.concatenate([[0], np.cumsum(kept)])[bounds], [labels[row] for row in starts]
 
 
-def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray) -> None:
+def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str) -> None:
     step = np.diff(time_s)
     step[bounds[1:-1] - 1] = 1.0
     if (step <= 0).any():
         row = int(np.argmax(step <= 0)) + 1
         what = "stands still" if step[row - 1] == 0 else "runs backwards"
-        hint = "" if len(bounds) > 2 else ", or name the column that tells the experiments apart (--segment)"
+        hint = (
+            f", or name the column that tells the experiments apart (--segment; {clock!r} if each starts its own clock)"
+        )
+        hint = "" if len(bounds) > 2 else hint
         raise table.fault(row, f"the time {what} at {time_s[row]:g} s; correct or delete the row{hint}")

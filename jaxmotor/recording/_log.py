@@ -1,38 +1,41 @@
 """A foreign log's columns, cut into the segments of a recording."""
 
-import dataclasses
 import itertools
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from jaxmotor.recording._log_columns import Log
 from jaxmotor.recording._recording import Recording, Segment
+from jaxmotor.recording._repeats import without_repeats
 from jaxmotor.recording._timing import Timing, timing
 
 
-@dataclasses.dataclass(frozen=True)
-class Log:
-    """Columns in SI, not yet cut into segments."""
-
-    stamps: tuple[np.ndarray, float]
-    """(n,) time [s] and the step of its last printed digit [s]."""
-    input: tuple[np.ndarray, np.ndarray | None, float | None]
-    """(n,) volts, (n,) duty, and the duty that means the whole supply."""
-    shaft: dict[str, np.ndarray]
-    """(n,) of one name, `count`, `angle_rad` or `speed_rad_s`."""
-    supply_V: np.ndarray | None = None
-    """(n,) measured; NaN where it was not."""
-    after_gap: np.ndarray | None = None
-    """(n,) whether rows are missing before this one."""
-
-
 def assemble(
-    log: Log, bounds: np.ndarray, parameters: list[dict[str, Any]], kinds: list[str], *, source: str, **fields: Any
+    log: Log,
+    bounds: np.ndarray,
+    parameters: list[dict[str, Any]],
+    kinds: list[str],
+    *,
+    source: str,
+    header: Mapping[str, Any],
+    keep_repeats: bool = False,
+    **fields: Any,
 ) -> Recording:
-    """The recording whose segments lie between `bounds`; `fields` are those of `Recording`."""
+    """The recording whose segments lie between `bounds`, without repeated readings unless they are to be kept; `fields`
+    are those of `Recording`."""
+    repeats = None
+    if not keep_repeats:
+        log, bounds, repeats = without_repeats(log, bounds)
+    if repeats is not None:
+        header = {**header, "readings_every_s": float(f"{repeats.time_s:.6g}")}
     time_s, resolution_s = log.stamps
     cuts = [slice(start, stop) for start, stop in itertools.pairwise(bounds.tolist())]
     times = timing([time_s[cut] for cut in cuts], resolution_s)
+    if repeats is not None and times.ticks is not None and any((np.diff(tick) > 1).any() for tick in times.ticks):
+        # A row that only repeats a reading is not lost: what was applied is known.
+        times = Timing(None, None, [time_s[cut] - time_s[cut.start] for cut in cuts])
     if times.ticks is None and log.after_gap is not None and log.after_gap.any():
         # Even rows have skipped ticks; between uneven ones only the end of a segment is a gap.
         within = log.after_gap & ~np.isin(np.arange(len(time_s)), bounds)
@@ -63,7 +66,14 @@ def assemble(
                 **logged,
             )
         )
-    return Recording(segments=tuple(segments), source=source, period_s=times.period_s, **fields)
+    return Recording(
+        segments=tuple(segments),
+        source=source,
+        period_s=times.period_s,
+        duty_full_scale=log.input[2],
+        header=header,
+        **fields,
+    )
 
 
 def _starts(times_s: list[np.ndarray]) -> list[float]:

@@ -19,7 +19,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from jaxmotor._arguments import check_text, path_of
-from jaxmotor.recording._log import Log, assemble
+from jaxmotor.recording._log import assemble
+from jaxmotor.recording._log_columns import Log
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._sysid_csv import STATES, import_sysid_csv

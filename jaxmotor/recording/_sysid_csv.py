@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxmotor.recording._log import Log, assemble
+from jaxmotor.recording._log import assemble
+from jaxmotor.recording._log_columns import Log
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._table import Table, read_table
 from jaxmotor.recording._units import Scale, angle_factor, positive

@@ -210,6 +210,14 @@ def test_time_may_restart_with_a_segment(imported, refused):
     assert "segment" in refused(text, count="n", counts_per_rev=10)
 
 
+def test_where_time_runs_back_a_segment_may_begin(imported, refused):
+    text = "t_s,u_V,n\n0,0,5\n1,0,5\n-0.1,1,6\n1,1,7\n0.5,2,8\n1.5,2,9\n"
+    recording = imported(text, count="n", counts_per_rev=10, segment="t_s")
+    assert [part.parameters["label"] for part in recording.segments] == ["0", "1", "2"]
+    assert [part.volts.tolist() for part in recording.segments] == [[0, 0], [1, 1], [2, 2]]
+    assert "segment; 't_s' if each starts its own clock)" in refused(text, count="n", counts_per_rev=10)
+
+
 @pytest.mark.parametrize(
     "u, n, at_rest", [((0, 0, 1), (5, 5, 6), True), ((0, 0, 1), (5, 6, 6), False), ((0, 1, 1), (5, 5, 6), False)]
 )

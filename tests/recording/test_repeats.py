@@ -1,0 +1,89 @@
+"""Logs that repeat each reading until the next one comes."""
+
+import numpy as np
+import pytest
+
+from jaxmotor import identify
+from jaxmotor.recording import check, from_arrays, import_log, read, write
+
+PERIOD_S, GAIN, POLE = 0.005, 12.0, 8.0
+
+
+def motion(seed, rows=3000):
+    """Volts that change every 0.2 s, and the angle of a motor that follows them exactly."""
+    rng = np.random.default_rng(seed)
+    volts = np.repeat(rng.uniform(-8, 8, rows // 40), 40)
+    keep, speed, angle = np.exp(-POLE * PERIOD_S), 0.0, 0.0
+    angles, speeds = [], []
+    for volt in volts:
+        angles.append(angle)
+        speeds.append(speed)
+        target = GAIN * volt
+        angle += target * PERIOD_S + (speed - target) * (1 - keep) / POLE
+        speed = target + (speed - target) * keep
+    return np.arange(rows) * PERIOD_S, volts, np.array(angles), np.array(speeds)
+
+
+def repeated(values, every):
+    """`values`, of which a new one comes only in those rows; `every` are the rows that each stays."""
+    new = np.concatenate([[0], np.cumsum(every)])
+    return values[new[np.searchsorted(new, np.arange(len(values)), side="right") - 1]]
+
+
+@pytest.mark.parametrize("jitter", [0, 1])
+@pytest.mark.parametrize("name", ["angle_rad", "speed_rad_s"])
+def test_only_new_readings_are_kept(name, jitter, tmp_path):
+    time, volts, angle, speed = motion(1)
+    every = 4 + np.random.default_rng(2).integers(-jitter, jitter + 1, len(time))
+    true = angle if name == "angle_rad" else speed
+    log = from_arrays(time_s=time, volts=volts, **{name: repeated(true, every)})
+    [segment] = log.segments
+    assert len(segment) == pytest.approx(len(time) / 4, rel=0.03)
+    assert log.header["readings_every_s"] == pytest.approx(0.02)
+    np.testing.assert_allclose(segment.shaft, true[np.rint(segment.time_s / PERIOD_S).astype(int)])
+    assert segment.volts[:-1] @ np.diff(segment.time_s) == pytest.approx(
+        volts[: len(time) - 4].sum() * PERIOD_S, rel=0.1
+    )
+    assert (log.period_s is None) == bool(jitter)
+    write(log, tmp_path / "log.csv")
+    [note] = [note for note in check(read(tmp_path / "log.csv")) if "repeated each reading" in note]
+    assert "20 ms" in note
+    found = identify(log).motor
+    assert (float(found.gain), float(found.pole)) == pytest.approx((GAIN, POLE), rel=0.02)
+
+
+@pytest.mark.parametrize("counts_per_rev", [20, 500])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_slow_shaft_repeats_its_count_and_every_row_stays(seed, counts_per_rev):
+    time, volts, angle, _ = motion(seed)
+    volts, angle = volts / 8, angle / 8
+    count = np.floor(angle * counts_per_rev / (2 * np.pi)).astype(np.int64)
+    log = from_arrays(time_s=time, volts=volts, counts=count, counts_per_rev=counts_per_rev)
+    assert sum(map(len, log.segments)) == len(time) and "readings_every_s" not in log.header
+
+
+def test_steps_of_a_rounded_speed_are_no_repeats():
+    """Steady speeds are the same row after row; they change in each row where the motor speeds up."""
+    time, volts, _, speed = motion(4)
+    log = from_arrays(time_s=time, volts=volts, speed_rad_s=np.rint(speed / 2) * 2)
+    assert sum(map(len, log.segments)) == len(time)
+
+
+def test_speeds_from_pulses_say_themselves_which_are_new():
+    time, volts, _, speed = motion(5)
+    log = from_arrays(
+        time_s=time, volts=volts, speed_rad_s=repeated(speed, np.full(len(time), 4)), speed_pulses_per_rev=6
+    )
+    assert sum(map(len, log.segments)) == len(time)
+
+
+def test_duties_that_change_while_a_reading_stays_become_volts(tmp_path):
+    time, volts, angle, _ = motion(6)
+    duty = np.rint(volts * 20 + 3 * np.sin(9 * time)).astype(int)
+    path = tmp_path / "log.csv"
+    rows = zip(time, duty, repeated(angle, np.full(len(time), 4)), strict=True)
+    path.write_text("t,duty,angle\n" + "".join(f"{a:.4f},{b},{c:.5f}\n" for a, b, c in rows))
+    log = import_log(path, time="t:s", input="duty:duty:255", angle="angle:rad", supply_V=12.75)
+    [segment] = log.segments
+    assert segment.duty is None and log.duty_full_scale is None and len(segment) == len(time) // 4
+    np.testing.assert_allclose(segment.volts, duty.reshape(-1, 4).mean(axis=1) / 20)
