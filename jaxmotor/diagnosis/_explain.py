@@ -33,6 +33,7 @@ from jaxmotor.diagnosis._window import (
 from jaxmotor.estimate import Fit, SpeedAverage, stated
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import LEARNED, SpeedWindow
+from jaxmotor.prediction import rounding_level
 from jaxmotor.recording import Recording
 
 TIME_ONLY = 0.6
@@ -172,12 +173,22 @@ def _window_of(fit: Fit) -> SpeedAverage | None:
 
 
 def _extended(now: _Searched, seed: int) -> Found:
-    """What a search finds."""
+    """What a search finds; nothing where the linear motor leaves less than the rounding of what was read."""
+    if _is_rounding(now.study, now.search.linear):
+        return now.search.as_found(now.search.linear)
     return extended(
         now.search,
         lambda fitted: _residual(now.study, fitted, seed).dependences,
         lambda fitted: is_explained(now.study, fitted, now.search.linear),
     )
+
+
+def _is_rounding(study: Study, linear: Fitted) -> bool:
+    """Of readings on a grid the `linear` motor leaves no more than their rounding alone does. At a steady speed that is
+    a pattern which repeats with the angle, as a law would. Means over a time are differences of what was counted."""
+    observation = study.packed.observation
+    rounded = rounding_level(observation.noise.step, observation.kind != "speed")
+    return not observation.floor_known and linear.chi2 * observation.noise.level**2 <= rounded**2
 
 
 def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:

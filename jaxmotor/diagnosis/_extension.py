@@ -6,6 +6,7 @@ effects that only imitated it, those go.
 """
 
 import itertools
+import math
 from collections.abc import Callable, Iterable, Sequence
 
 from jaxmotor.diagnosis._found import COARSE, EXPLAINED, Found
@@ -56,14 +57,34 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
 
     found = search.run(last)
     if is_explained(found.fitted):
-        return _of_one_law(search, found)
+        return _of_one_law(search, _of_known_laws(search, found))
     for _ in range(MORE):
         before = set(found.fitted.names)
         last(search.visited.fitted.get(frozenset(before), found.fitted))
         found = search.as_found(search.visited.best())
         if is_explained(found.fitted) or set(found.fitted.names) == before:
             break
-    return found
+    return _of_known_laws(search, found) if is_explained(found.fitted) else found
+
+
+def _of_known_laws(search: Search, found: Found) -> Found:
+    """`found`, or two known laws of different families in the place of a curve over the coordinate that both depend on,
+    such as Coulomb friction and drag: alone neither explains what the curve does."""
+    own = search.visited.fitted.get(frozenset(found.fitted.names), found.fitted)
+    for curve in (effect for effect in own.motor.effects if effect.name in LEARNED and effect.over):
+        rest = search.solver.fit(without_effect(own.motor, curve.name), own.speeds, COARSE)
+        laws = [law for law in search.solver.request.asked() if law.over == curve.over and law.name not in LEARNED]
+        starts = [start for law in laws for start in law.starts(search.rig)]
+        _try(search, [rest], starts, math.inf)
+        for one in [one for one in search.visited.longer(rest) if _adds_one_of(one, rest, laws)]:
+            family = next(effect.family for effect in one.motor.effects if effect.name not in rest.names)
+            _try(search, [one], [start for start in starts if start.family != family], FAR * own.chi2)
+    best = search.visited.best()
+    return found if set(best.names) == set(own.names) else search.as_found(best)
+
+
+def _adds_one_of(longer: Fitted, base: Fitted, laws: list[type[AbstractEffect]]) -> bool:
+    return any(law.name in longer.names and law.name not in base.names for law in laws)
 
 
 def _of_one_law(search: Search, found: Found) -> Found:

@@ -89,7 +89,7 @@ def assess(
     **Raises:** `JaxmotorError` where gain or pole are not determined.
     """
     psi, errors, notes = np.asarray(solution.psi), _of_fitted(errors, held), [NO_OFFSET] if held else []
-    model, covariance, shift = np.asarray(errors.model), _by_residuals(packed, errors), left_over(packed, errors)
+    model, covariance, shift = np.asarray(errors.model), _by_residuals(packed, errors), _left_over(packed, errors)
     if shift is not None:
         covariance = covariance + np.outer(shift, shift)
         notes.append(
@@ -153,7 +153,9 @@ def _by_residuals(packed: Packed, errors: Uncertainty) -> np.ndarray:
     covariance = np.asarray(errors.clustered) * np.outer(widen, widen)
     if errors.clusters < FEW_CLUSTERS:
         covariance = _larger(covariance, model)
-    return _in_place(covariance, colour(packed) * model, freedom <= ENDLESS)
+    # What is left beside the noise is alike over a block.
+    alike = colour(packed) + max(float(errors.chi2) - 1, 0.0) * len(packed) / float(errors.clusters)
+    return _in_place(covariance, alike * model, freedom <= ENDLESS)
 
 
 def _in_place(one: np.ndarray, other: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -176,11 +178,24 @@ def leaves_something(errors: Uncertainty) -> bool:
     return max(float(errors.evidence), _strongest(errors)[0]) > CHANCE
 
 
-def left_over(packed: Packed, errors: Uncertainty) -> np.ndarray | None:
+def explained(packed: Packed, errors: Uncertainty) -> bool:
+    """No friction and no delay are left to be seen."""
+    return float(errors.evidence) <= _by_chance(packed, errors)
+
+
+def _by_chance(packed: Packed, errors: Uncertainty) -> float:
+    """Evidence that there may be without a cause: where no more than the noise is left, its colour looks like some."""
+    return EVIDENCE * (colour(packed) if errors.chi2 < QUIET_CHI2 else 1.0)
+
+
+def _left_over(packed: Packed, errors: Uncertainty) -> np.ndarray | None:
     """(p,) how far what the motor leaves beside the noise, friction or a delay or the one hidden law that explains
     most of it, moves ψ; None where the data show none."""
-    by_chance = EVIDENCE * colour(packed)
-    if errors.evidence > by_chance:
+    by_chance = least = _by_chance(packed, errors)
+    if np.min(errors.degrees_of_freedom) <= ENDLESS:
+        # Blocks do not show what the motor leaves, so less evidence counts.
+        least = min(by_chance, CHANCE * colour(packed))
+    if errors.evidence > least:
         return np.asarray(errors.allowance)
     alone, moved = _strongest(errors)
     return moved if alone > by_chance else None

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.estimate._assess import QUIET_CHI2, Assessment, assess, colour, left_over, student_t
+from jaxmotor.estimate._assess import QUIET_CHI2, Assessment, assess, colour, explained, student_t
 from jaxmotor.estimate._estimate import Estimate, fit_whole
 from jaxmotor.estimate._speed_average import stated_window
 from jaxmotor.estimate._uncertainty import HIDDEN
@@ -81,9 +81,8 @@ def averaged(
         restated = dataclasses.replace(recording, speed_window_s=length)
         search.packed = without_transients(recording, pack(restated, fitted, rest_before=True, few_shapes=True))
         chosen = search.fit(chosen.of_log, chosen.psi)
-    if chosen is None or not (
-        float(chosen.estimate.errors.chi2) < QUIET_CHI2 or left_over(search.packed, chosen.estimate.errors) is None
-    ):
+    quiet = chosen is not None and float(chosen.estimate.errors.chi2) < QUIET_CHI2
+    if chosen is None or not (quiet or explained(search.packed, chosen.estimate.errors)):
         return None
     estimate = _only(chosen)
     assessment = assess(recording, search.packed, *estimate, chosen.of_log, search.alike, also_held)

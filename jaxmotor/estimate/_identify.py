@@ -10,6 +10,7 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._programs import compile_ahead
 from jaxmotor.estimate._assess import (
+    ENDLESS,
     EVIDENCE,
     HELD_OFFSET,
     UNDETERMINED,
@@ -246,10 +247,12 @@ def _first_order(recording: Recording, fitted: tuple[int, ...], packed: Packed, 
 
 
 def _gain_is_known(found: Whole | JaxmotorError) -> bool:
+    """Beside an offset, by more than the shape of one step."""
     if isinstance(found, JaxmotorError):
         return False
-    assessment = found[2]
-    return bool(np.sqrt(assessment.covariance[0, 0]) < UNDETERMINED * abs(float(assessment.motor.gain)))
+    packed, (_, errors), assessment = found
+    by_blocks = is_quiet(packed, errors) or float(errors.degrees_of_freedom[0]) > ENDLESS
+    return bool(by_blocks and np.sqrt(assessment.covariance[0, 0]) < UNDETERMINED * abs(float(assessment.motor.gain)))
 
 
 def _is_one_voltage(packed: Packed) -> bool:

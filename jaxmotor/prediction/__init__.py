@@ -28,6 +28,7 @@ from jaxmotor.prediction._log import steps_per_row as steps_per_row
 from jaxmotor.prediction._noise import Noise as Noise
 from jaxmotor.prediction._noise import lowered as lowered
 from jaxmotor.prediction._noise import noise_to_json as noise_to_json
+from jaxmotor.prediction._noise import rounding_level as rounding_level
 from jaxmotor.prediction._packing import PADDED as PADDED
 from jaxmotor.prediction._packing import Batch as Batch
 from jaxmotor.prediction._packing import Observation as Observation

@@ -64,7 +64,7 @@ def estimated(recording: Recording, segments: tuple[int, ...], rows: LogRows) ->
     flexible = flexible_model(rows)
     innovation, ratio = _colour(rows, flexible.residual)
     least = max(1e-9 * float(np.ptp(rows.speed[rows.valid], axis=0)), 1e-300)
-    level = max(flexible.level, least, _of_step(step, rows.turn) / per_row)
+    level = max(flexible.level, least, rounding_level(step, rows.turn) / per_row)
     new = min(max(innovation, least), level)
     return Noise(recording.measured, level * per_row, new * per_row, ratio, step, False, log_unit(recording))
 
@@ -72,12 +72,13 @@ def estimated(recording: Recording, segments: tuple[int, ...], rows: LogRows) ->
 def lowered(noise: Noise, share: float, turn: bool) -> Noise:
     """`noise` that was estimated, of which a motor leaves but a `share` of the mean square; at least what the step of
     readings makes of it, which are `turn`s or not."""
-    level = max(noise.level * float(np.sqrt(share)), _of_step(noise.step, turn))
+    level = max(noise.level * float(np.sqrt(share)), rounding_level(noise.step, turn))
     return dataclasses.replace(noise, level=level, row_to_row=min(noise.row_to_row, level))
 
 
-def _of_step(step: float | None, turn: bool) -> float:
-    """Standard deviation of readings rounded to this step. A difference of two has twice the variance of one."""
+def rounding_level(step: float | None, turn: bool) -> float:
+    """Standard deviation of readings rounded to this `step`, 0 without one. A difference of two, which a turn is, has
+    twice the variance of one."""
     return 0.0 if step is None else float(step / np.sqrt(6 if turn else 12))
 
 
