@@ -25,7 +25,7 @@ from jaxmotor.estimate._uncertainty import HIDDEN
 from jaxmotor.prediction import LAG_S, Noise, Packed, as_problem, pack, without_transients
 from jaxmotor.recording import Recording
 
-STARTS = {"window": (4.0, 10.0, 1.5, 20.0), "filter": (1.5, 4.0, 10.0)}
+STARTS = {"window": (1.5, 4.0, 10.0, 20.0), "filter": (1.5, 4.0, 10.0)}
 """Lengths from which they are sought [rows]."""
 OF_LOG = ("filter", "window", "offset")
 """Elements of ψ after the motor's pole."""

@@ -11,9 +11,10 @@ from testing.board_programs import PROGRAMS
 from jaxmotor import diagnose, identify
 
 
-@pytest.mark.parametrize(("program", "seed"), [("tachometer", 3), ("fan", 1), ("pulse_times", 12)])
+@pytest.mark.parametrize(("program", "seed"), [("tachometer", 3), ("fan", 21), ("pulse_times", 12)])
 def test_what_is_in_the_motor_is_named(program, seed, tmp_path):
-    """The lag of a tachometer's filter, longer than most, is not the window of its speeds."""
+    """The lag of a tachometer's filter, longer than most, is not the window of its speeds; friction and a fan's drag in
+    one direction are two laws, no curve."""
     log = draw_log(program, seed)
     found = diagnose(imported(log, tmp_path / program))
     assert is_right(log, found) and found.verdict == "extended"
@@ -36,6 +37,12 @@ def test_means_over_a_row_that_nobody_states_are_no_delay(tmp_path):
     found = diagnose(imported(log, tmp_path / "step"))
     assert not found.effects and found.average is not None and found.average.kind == "window"
     assert found.average.length_s == pytest.approx(0.02, abs=3 * found.average.standard_error_s)
+
+
+def test_a_pattern_of_rounding_alone_has_no_name(tmp_path):
+    """At the steady speed after a step counts are rounded in the same way turn after turn, as if there were cogging."""
+    found = diagnose(imported(draw_log("one_step", 21), tmp_path / "step"))
+    assert not found.effects and found.probabilities == {"none": 1.0}
 
 
 @pytest.mark.parametrize("program", [name for name in PROGRAMS if name not in ("tachometer", "fan", "pulse_times")])
