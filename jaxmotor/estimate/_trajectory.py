@@ -17,6 +17,8 @@ from jaxtyping import Array, Bool, Float, Int
 from jaxmotor.estimate._whitening import whiten
 from jaxmotor.prediction import Problem, predict
 
+PATIENCE = 10
+"""Steps after which one that takes back the last is halved."""
 MAX_STEPS = 40
 """Of a fit."""
 PROCESS_RANGE = (-8.0, 4.0)
@@ -173,7 +175,8 @@ def _step(before: _State, problem: Problem) -> _State:
     log10_q, width = _process_term(before.log10_q, before.width, columns, at.starts, problem)
     white, speeds, _ = whitened(columns, at.starts, 10**log10_q, problem)
     _, delta, normal = least_squares(white)
-    step = _halved(_clipped(delta, normal), before.step, normal)
+    step = _clipped(delta, normal)
+    step = jnp.where(before.steps < PATIENCE, step, _halved(step, before.step, normal))
     initial_speed = before.initial_speed + speeds[:, 0] - speeds[:, 1:] @ step
     moved = jnp.sqrt((jnp.einsum("lrp,p->lr", white[..., 1:], delta) ** 2).sum())
     # The process term's bracket must have closed, too, before a small step means the end.
@@ -184,7 +187,7 @@ def _step(before: _State, problem: Problem) -> _State:
 def _halved(step: Float[Array, " p"], last: Float[Array, " p"], normal: Float[Array, "p p"]) -> Float[Array, " p"]:
     """Half a `step` that takes back most of the `last` one, where steps would go to and fro without an end."""
     back = -(step @ normal @ last) > 0.5 * (last @ normal @ last)
-    return jnp.where(back & (last != 0).any(), 0.5 * step, step)
+    return jnp.where(back, 0.5 * step, step)
 
 
 def linearise(psi: Float[Array, " p"], initial_speed: Float[Array, " k"], problem: Problem) -> Linearised:
