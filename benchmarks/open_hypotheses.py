@@ -8,8 +8,8 @@ random offset, or its speed is logged. A case is dangerous where gain or pole is
 nothing says so. MOTORS of each are identified, DIAGNOSED of each diagnosed.
 """
 
+import argparse
 import dataclasses
-import sys
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -204,8 +204,10 @@ def table(by: Callable[[Case], Result], measured: str, motors: int, seed: int) -
 
 
 def main() -> None:
-    given = [int(text) for text in sys.argv[1:]]
-    motors, few, seed = [*given, *(7, 1, 0)[len(given) :]]
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    for name, usual in (("MOTORS", 7), ("DIAGNOSED", 1), ("SEED", 0)):
+        parser.add_argument(name, nargs="?", type=int, default=usual)
+    motors, few, seed = vars(parser.parse_args()).values()
     keep_programs(threads=True)
     for by, number in ((identified, motors), (diagnosed, few)):
         for measured in ("count", "speed"):

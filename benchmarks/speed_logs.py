@@ -12,9 +12,9 @@ instead. Where a filter is slower than its motor the pole is that of the filter:
 speeds of a linear motor says.
 """
 
+import argparse
 import dataclasses
 import math
-import sys
 from collections import Counter
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -202,12 +202,16 @@ def row(name: str, motors: int, found: list[Result | str]) -> str:
 
 
 def main() -> None:
-    given = [int(text) for text in sys.argv[1:] if text.isdigit()]
-    motors, seed = [*given, *(100, 0)[len(given) :]]
-    keep_programs(threads="--diagnose" in sys.argv)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("motors", metavar="MOTORS", nargs="?", type=int, default=100)
+    parser.add_argument("seed", metavar="SEED", nargs="?", type=int, default=0)
+    parser.add_argument("--diagnose", action="store_true")
+    chosen = parser.parse_args()
+    motors, seed = chosen.motors, chosen.seed
+    keep_programs(threads=chosen.diagnose)
     columns = "speed | logs | noise found / true: 5, 50, 95 % | chi2: 5, 50, 95 % | gain held, % | pole held, %"
     print(f"| {columns} | length within 5 %, % | diagnosis |\n|---|---|---|---|---|---|---|---|")
-    if "--diagnose" in sys.argv:
+    if chosen.diagnose:
         for seen in SEEN:
             print(row(f"{seen}, not stated", motors, list(diagnosed(motors, seed, seen))), flush=True)
         return

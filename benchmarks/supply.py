@@ -8,8 +8,8 @@ logged with every row in millivolts as it is at the row, or with every row as it
 mean squares over motors, in percent. (`board`, for the tests: a converter of 19.68 mV, averaged, told every 100 ms.)
 """
 
+import argparse
 import dataclasses
-import sys
 from typing import NamedTuple
 
 import numpy as np
@@ -147,7 +147,9 @@ def errors(drawn: Drawn, of: Recording) -> np.ndarray:
 
 
 def main() -> None:
-    motors = int(sys.argv[1]) if len(sys.argv) > 1 else MOTORS
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("motors", metavar="MOTORS", nargs="?", type=int, default=MOTORS)
+    motors = parser.parse_args().motors
     keep_programs(threads=True)
     found: dict[tuple[str, str], list[np.ndarray]] = {}
     for seed in range(motors):

@@ -7,7 +7,7 @@ how much the offset is found wrong [% of a tick], whether the 95 % intervals of 
 `identify`, from `diagnose`), and what `diagnose` says.
 """
 
-import sys
+import argparse
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -88,7 +88,9 @@ def assessed(found: Timing | None, motor: Any, errors: tuple[float, float], trut
 
 
 def main() -> None:
-    motors = int(sys.argv[1]) if len(sys.argv) > 1 else MOTORS
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("motors", metavar="MOTORS", nargs="?", type=int, default=MOTORS)
+    motors = parser.parse_args().motors
     print("                    identify               diagnose")
     print("seed  tick  offset  offset   gain   pole   offset   gain   pole")
     print("        ms  % tick  % tick  s. e.  s. e.   % tick  s. e.  s. e.   verdict, effects")

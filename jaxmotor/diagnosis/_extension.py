@@ -62,9 +62,11 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
         before = set(found.fitted.names)
         last(search.visited.fitted.get(frozenset(before), found.fitted))
         found = search.as_found(search.visited.best())
-        if is_explained(found.fitted) or set(found.fitted.names) == before:
+        if is_explained(found.fitted):
+            return _of_known_laws(search, found)
+        if set(found.fitted.names) == before:
             break
-    return _of_known_laws(search, found) if is_explained(found.fitted) else found
+    return found
 
 
 def _of_known_laws(search: Search, found: Found) -> Found:
@@ -76,15 +78,12 @@ def _of_known_laws(search: Search, found: Found) -> Found:
         laws = [law for law in search.solver.request.asked() if law.over == curve.over and law.name not in LEARNED]
         starts = [start for law in laws for start in law.starts(search.rig)]
         _try(search, [rest], starts, math.inf)
-        for one in [one for one in search.visited.longer(rest) if _adds_one_of(one, rest, laws)]:
-            family = next(effect.family for effect in one.motor.effects if effect.name not in rest.names)
-            _try(search, [one], [start for start in starts if start.family != family], FAR * own.chi2)
+        for one in search.visited.longer(rest):
+            [added] = [effect for effect in one.motor.effects if effect.name not in rest.names]
+            if type(added) in laws:
+                _try(search, [one], [start for start in starts if start.family != added.family], FAR * own.chi2)
     best = search.visited.best()
     return found if set(best.names) == set(own.names) else search.as_found(best)
-
-
-def _adds_one_of(longer: Fitted, base: Fitted, laws: list[type[AbstractEffect]]) -> bool:
-    return any(law.name in longer.names and law.name not in base.names for law in laws)
 
 
 def _of_one_law(search: Search, found: Found) -> Found:

@@ -82,9 +82,10 @@ def assess(
 
     Where the encoder alone explains the residuals: rounding drawn anew. Else: from how segments disagree, widened
     by Student's t, so that 1.96 standard errors hold the truth 95 times of 100; where one or two tell nearly all, from
-    the residual's size and colour. What friction or a delay would move is added where the recording shows them. ψ ends
-    with what is `of_log`: "filter" (log of its time constant [s]), "window" (log of its rows) and "offset" (rows);
-    `alike` says that an offset would do as well as the window. Of ψ those that are `held` were not fitted.
+    the residual's size and colour if that is more than how they disagree. What friction or a delay would move is added
+    where the recording shows them. ψ ends with what is `of_log`: "filter" (log of its time constant [s]), "window" (log
+    of its rows) and "offset" (rows); `alike` says that an offset would do as well as the window. Of ψ those that are
+    `held` were not fitted.
 
     **Raises:** `JaxmotorError` where gain or pole are not determined.
     """
@@ -149,13 +150,15 @@ def _by_residuals(packed: Packed, errors: Uncertainty) -> np.ndarray:
     if is_quiet(packed, errors):
         return np.asarray(errors.requantised)
     freedom, model = np.asarray(errors.degrees_of_freedom), np.asarray(errors.model)
+    few_blocks = freedom <= ENDLESS
     widen = np.array([student_t(float(one)) / 1.96 for one in freedom])
+    widen = np.where(few_blocks, 1.0, widen)
     covariance = np.asarray(errors.clustered) * np.outer(widen, widen)
     if errors.clusters < FEW_CLUSTERS:
         covariance = _larger(covariance, model)
     # What is left beside the noise is alike over a block.
     alike = colour(packed) + max(float(errors.chi2) - 1, 0.0) * len(packed) / float(errors.clusters)
-    return _in_place(covariance, alike * model, freedom <= ENDLESS)
+    return _in_place(covariance, alike * model, few_blocks & (alike * np.diag(model) > np.diag(covariance)))
 
 
 def _in_place(one: np.ndarray, other: np.ndarray, places: np.ndarray) -> np.ndarray:

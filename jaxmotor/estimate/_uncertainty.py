@@ -5,10 +5,10 @@ residual):
 
 `model`       F⁻¹, times the residual's variance where that exceeds one. Right for white errors.
 `clustered`   From how the estimate moves when one segment is left out (the jackknife, "CR3"): F_s and score g_s of each
-              segment give (F - F_s)⁻¹ g_s, or F⁻¹ g_s where it has most of the information on some parameter. Right
-              for errors that are alike within a segment, whatever they are, at the price of few degrees of freedom:
-              1/Σ share² - 1, where share is a segment's part of the information. Up to two, a segment or two tell
-              nearly all: the others do not say how far off that is.
+              segment give (F - F_s)⁻¹ g_s, or F⁻¹ g_s where it has all but a tenth of the information on some
+              parameter. Right for errors that are alike within a segment, whatever they are, at the price of few
+              degrees of freedom: 1/Σ share² - 1, where share is a segment's part of the information. Up to two, a
+              segment or two tell nearly all: the others do not say how far off that is.
 `requantised` From rounding the fitted motion anew with random encoder offsets. The rounding error is not white where
               the motor stands still, hardly moves, or repeats the same counts every period; chi2 does not show that.
 `allowance`   How far the estimate moves when Coulomb friction and a delay, the two things that real motors have and a
@@ -34,8 +34,9 @@ square of the speed [V at the highest speed], and the electrical time constant [
 is of."""
 SMALLEST_REST = 1e-12
 """Part of its square that is left of a column for certain: below it there are rounding errors."""
-MOST = 0.5
-"""Part of the information on a parameter, from which the one segment that has it is not left out of it."""
+MOST = 0.9
+"""Part of the information on a parameter, from which the one segment that has it is not left out of it: the rest would
+only say that it is lost."""
 LEAST_REST = 1e-3
 """Part of a missing effect's square that gain, pole and offset must leave over for it to be fitted."""
 

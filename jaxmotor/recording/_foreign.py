@@ -110,7 +110,7 @@ def import_log(
         stamps = np.arange(len(table)) * (period_s or 1.0), 0.0
         if time is not None:
             stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
-        _check_time(table, stamps[0], bounds, clock)
+        _check_time(table, stamps[0], bounds, clock if segment is None else None)
         stated_input = split_input(input, names)
         measured = None if supply is None else _supply(table, supply, names)
         nominal_V = _nominal(stated_input, measured, supply_V, supply_unknown)
@@ -314,14 +314,14 @@ def _segments(table: Table, segment: str | None, drop: int, clock: str) -> tuple
     return table.only(kept), np.concatenate([[0], np.cumsum(kept)])[bounds], [labels[row] for row in starts]
 
 
-def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str) -> None:
+def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str | None) -> None:
+    """**Raises:** `RecordingError` where time does not run on in a segment; `clock` is its column where none is stated
+    that tells segments apart."""
     step = np.diff(time_s)
     step[bounds[1:-1] - 1] = 1.0
     if (step <= 0).any():
         row = int(np.argmax(step <= 0)) + 1
         what = "stands still" if step[row - 1] == 0 else "runs backwards"
-        hint = (
-            f", or name the column that tells the experiments apart (--segment; {clock!r} if each starts its own clock)"
-        )
-        hint = "" if len(bounds) > 2 else hint
+        apart = f"the column that tells the experiments apart (--segment; {clock!r} if each starts its own clock)"
+        hint = "" if clock is None else f", or name {apart}"
         raise table.fault(row, f"the time {what} at {time_s[row]:g} s; correct or delete the row{hint}")
