@@ -9,6 +9,9 @@ That is judged as it is, as the error of a prediction one row ahead, and twenty 
 model's own residual (`autoregression`). The score of a block is the mean over the horizons of log(S_b/n_b + f), S_b
 the sum of squares over its n_b rows, f a small share of what the best model leaves: logarithms keep a loud block from
 deciding alone. Models are compared block by block.
+
+Where the noise is not known and rows are so close that twenty of them are but a small part of a time constant, a row
+ahead tells of the sensor alone: then the rows of e and J are means over several (`groups_of`).
 """
 
 import math
@@ -35,6 +38,10 @@ WORST = 4.0
 their kind is predicted badly by any model that has a law for them."""
 
 
+FINEST = 50
+"""Rows in a time constant, at most: `AHEAD` of them are nearly half of one."""
+
+
 class Evidence(NamedTuple):
     """Mean squares (horizon, block) of the errors in blocks left out [variances of the encoder's own]."""
 
@@ -52,6 +59,23 @@ def blocks_of(rows: int) -> np.ndarray:
     """(rows,) number of the block of each row."""
     number = int(np.clip(rows // FEWEST_ROWS, 2, BLOCKS))
     return np.arange(rows) * number // max(rows, 1)
+
+
+def groups_of(piece: np.ndarray, time_constant_rows: float) -> np.ndarray:
+    """(n,) number of the group of each row in pieces `piece` (n,): neighbours, of which a time constant has `FINEST` at
+    most; alone where that leaves too few for full blocks."""
+    most = len(piece) // (BLOCKS * AHEAD)
+    rows = int(np.clip(time_constant_rows / FINEST, 1, max(most, 1)))
+    number = np.arange(len(piece))
+    begin = np.maximum.accumulate(np.where(np.diff(piece, prepend=-1) != 0, number, 0))
+    return np.cumsum((number - begin) % rows == 0) - 1
+
+
+def means(columns: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """(groups, ...) of `columns` (n, ...) over the rows of each group, which stand together."""
+    begin = np.flatnonzero(np.diff(group, prepend=-1))
+    size = np.diff(begin, append=len(group))
+    return np.add.reduceat(columns, begin, axis=0) / size.reshape(-1, *[1] * (columns.ndim - 1))
 
 
 def evidence(residual: np.ndarray, jacobian: np.ndarray, spread: np.ndarray, piece: np.ndarray) -> Evidence:

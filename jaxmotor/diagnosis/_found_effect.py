@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from jaxmotor.diagnosis._found import NAMED
+from jaxmotor.diagnosis._found import KEPT, NAMED
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.motor import AbstractEffect
 from jaxmotor.motor.effects import parameters
@@ -48,16 +48,20 @@ class FoundEffect:
     where it is large, the effect may only imitate another one, and the probabilities allow for that."""
     held_out_share: float = 0.0
     """The same of rows that were held out."""
+    name_probability: float = 0.0
+    """As `family_probability`, with laws that contain the effect; of a known law in a log whose noise is not known
+    without learned curves: the law may be one that nobody tried."""
 
     @property
     def is_named(self) -> bool:
-        """It is told as a cause: it, or what it may as well be, is more likely than not. Otherwise its family is."""
-        return self.family_probability >= NAMED
+        """It is told as a cause, by its name: that or what it may as well be is nearly sure (`NAMED`). Otherwise its
+        family is told."""
+        return self.name_probability >= NAMED
 
     @property
     def is_told(self) -> bool:
         """It or its family is more likely than not. Otherwise the motor only fits better with it."""
-        return self.is_named or self.of_family >= NAMED
+        return self.is_named or self.of_family >= KEPT
 
     @property
     def name(self) -> str:

@@ -6,7 +6,7 @@ holds both ways.
 
 from collections.abc import Iterable, Mapping
 
-from jaxmotor.motor.effects import AbstractEffect, AbstractLoadEffect, free_size
+from jaxmotor.motor.effects import AbstractEffect, AbstractLearnedEffect, AbstractLoadEffect, free_size
 
 PRICE, MORE, RARE = 1.5, 0.75, 0.75
 """Of an effect with one parameter, of each parameter more, and of effects that are rare, in logarithms of
@@ -36,6 +36,11 @@ class Relations:
     def simpler(self, name: str) -> tuple[str, ...]:
         """The special cases of an effect."""
         return tuple(simple for simple in self.known[name].contains if simple in self.known)
+
+    def containing(self, name: str) -> set[str]:
+        """Known laws of which an effect is a special case: where one is there, so is that. No curves: they contain all."""
+        laws = (other for other in self.known if not issubclass(self.known[other], AbstractLearnedEffect))
+        return {other for other in laws if name in self.simpler(other)}
 
     def relatives(self, name: str) -> Group:
         """The effects that are alike, with the effect itself; none where it is alone."""

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from jaxmotor.diagnosis._cycles import Repeats
-from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, LEAST, NAMED, NEARLY, Explained, Found, Named
+from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, KEPT, LEAST, NEARLY, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_wide, turned_about, with_effect, without_effect
 from jaxmotor.diagnosis._level import is_as_likely, ties_of
 from jaxmotor.diagnosis._parallel import side_by_side
@@ -35,6 +35,7 @@ from jaxmotor.diagnosis._solve import Fitted, Solver
 from jaxmotor.diagnosis._visited import FAR, Names, Visited
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import (
+    LEARNED,
     AbstractEffect,
     AbstractLearnedEffect,
     AbstractLoadEffect,
@@ -379,7 +380,7 @@ class Search:
             if rest not in weight:
                 continue
             shorter = self.visited.fitted[rest]
-            unlikely = self._named(fitted, name).with_equal < NAMED
+            unlikely = self._named(fitted, name).with_equal < KEPT
             needed = weight[rest] < EQUAL * weight[frozenset(fitted.names)]
             if (unlikely and not needed) or self._imitates(shorter, fitted):
                 return self._likely(shorter)
@@ -403,10 +404,12 @@ class Search:
         equal = [names for names in others if weight[names] > EQUAL * weight[frozenset(fitted.names)]]
         alike = frozenset(other for names in equal for other in names - rest)
         alternatives = tuple(self.visited.fitted[names] for names in others)
-        probability = (self.visited.probability(name), self.visited.probability(name, *alike))
+        laws = alike if self.solver.noise_known or name in LEARNED else alike - LEARNED.keys()
+        laws |= self.relations.containing(name)
+        probability, with_equal, with_law = (self.visited.probability(name, *also) for also in ((), alike, laws))
         shorter = self.visited.fitted.get(rest)
         share = 0.0 if shorter is None else self.explained.share_left(fitted, shorter.chi2)
-        return Named(name, alternatives, *probability, alike, share)
+        return Named(name, alternatives, probability, with_equal, alike, share, with_law)
 
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         """The candidates' columns beside `base`; of those whose programs would be new, at about its gain and pole."""

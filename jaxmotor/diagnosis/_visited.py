@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from jaxmotor.diagnosis._evidence import Evidence, beyond_noise, beyond_others, evidence, weights
+from jaxmotor.diagnosis._evidence import Evidence, beyond_noise, beyond_others, evidence, groups_of, means, weights
 from jaxmotor.diagnosis._found import COARSE, EXPLAINED, NONE
 from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._score_test import Candidate
@@ -24,7 +24,10 @@ class Visited:
     """
 
     def __init__(self, linear: Fitted, relations: Relations, rig: Rig, piece: np.ndarray, noise_chi2: float = 0.0):
-        self.relations, self.rig, self.piece, self.noise_chi2 = relations, rig, piece, noise_chi2
+        self.relations, self.rig, self.noise_chi2 = relations, rig, noise_chi2
+        time_constant_s = 0.0 if noise_chi2 else 1 / float(linear.motor.linear.pole)
+        self._group = groups_of(piece, time_constant_s / rig.period_s)
+        self._piece = piece[np.flatnonzero(np.diff(self._group, prepend=-1))]
         self.own = frozenset(linear.names)
         """What is the log's: no candidate, and no cause."""
         self.fitted: dict[Names, Fitted] = {}
@@ -48,9 +51,12 @@ class Visited:
         names = frozenset(one.names)
         self._weights = None
         self.fitted[names] = one
-        self._evidence[names] = evidence(one.residual, one.jacobian, one.layout.spread, self.piece)
+        self._evidence[names] = self._judged(one.residual, one.jacobian, one.layout.spread)
         learned = [effect for effect in one.motor.effects if isinstance(effect, AbstractLearnedEffect)]
         self._penalties[names] = {effect.name: penalty(effect) for effect in learned}
+
+    def _judged(self, residual: np.ndarray, jacobian: np.ndarray, spread: np.ndarray) -> Evidence:
+        return evidence(means(residual, self._group), means(jacobian, self._group), spread, self._piece)
 
     def weights(self) -> dict[Names, float]:
         """Probability of each model."""
@@ -85,7 +91,7 @@ class Visited:
         """Weight of the base of `start` with its effect, to first order, over that of the base alone."""
         base = start.base
         spread = np.concatenate([base.layout.spread, np.full(start.columns.shape[1], np.inf)])
-        longer = evidence(start.residual, np.column_stack([base.jacobian, start.columns]), spread, self.piece)
+        longer = self._judged(start.residual, np.column_stack([base.jacobian, start.columns]), spread)
         shorter = self._evidence[frozenset(base.names)]
         with_it, without = weights([longer, shorter], [self.relations.price(start.effect.name), 0.0])
         return float(with_it / without)

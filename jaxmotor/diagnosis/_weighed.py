@@ -64,9 +64,10 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
         without = held.without(effect.name)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
         own, more, unknown = about[effect.name], _more_than_ordinary(effect, error), _unknown(effect, error)
-        sure, with_equal, family = (more * share for share in _sureness(own, found.families.get(effect.family, 0.0)))
+        of_family = found.families.get(effect.family, 0.0)
+        sure, with_equal, with_law, family = (more * share for share in _sureness(own, of_family))
         if _may_be_none(effect, unknown):
-            sure = with_equal = 0.0
+            sure = with_equal = with_law = 0.0
         effects.append(
             FoundEffect(
                 effect,
@@ -79,6 +80,7 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
                 of_family=family,
                 unexplained_share=own.unexplained_share,
                 held_out_share=own.held_out_share,
+                name_probability=with_law,
             )
         )
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
@@ -100,14 +102,14 @@ def _may_be_none(effect: AbstractEffect, unknown: tuple[str, ...]) -> bool:
     return bool(sizes) and set(sizes) <= set(unknown)
 
 
-def _sureness(named: Named, of_family: float) -> tuple[float, float, float]:
-    """The probabilities of an effect, of it or its equals, and of any of its family, by weights alone `of_family`. That
-    something depends on a coordinate, as a curve says, is as sure as a family."""
+def _sureness(named: Named, of_family: float) -> tuple[float, float, float, float]:
+    """The probabilities of an effect, of it or its equals, of those that are laws, and of any of its family, by weights
+    alone `of_family`. That something depends on a coordinate, as a curve says, is as sure as a family."""
     share = named.unexplained_share
     sure = OF_FAMILY(share) if named.name in LEARNED else of_name(share, named.held_out_share)
     with_equal = sure * named.with_equal
     family = max(OF_FAMILY(share) * of_family, with_equal) if of_family else 0.0
-    return sure * named.probability, with_equal, family
+    return sure * named.probability, with_equal, sure * named.with_law, family
 
 
 def _unknown(effect: AbstractEffect, error: dict[str, float]) -> tuple[str, ...]:

@@ -25,7 +25,13 @@ from jaxmotor.text._effects import FAMILIES
 def unsure(name, probability=0.3, of_family=0.9):
     """An effect of a motor that leaves something unexplained."""
     found = found_effect(name, inseparable=False)
-    return dataclasses.replace(found, probability=probability, family_probability=probability, of_family=of_family)
+    return dataclasses.replace(
+        found,
+        probability=probability,
+        family_probability=probability,
+        name_probability=probability,
+        of_family=of_family,
+    )
 
 
 def imitated(*effects):
@@ -65,8 +71,10 @@ def test_below_the_stated_probability_the_family_is_told():
     told = diagnosis_text(imitated(unsure("sensor_lag")))
     assert "a lag (probability 90 %), most like sensor_lag (30 %):" in " ".join(told.split())
     assert "sensor_lag (probability" not in told and "if it is sensor_lag: " in told
-    sure = dataclasses.replace(unsure("sensor_lag"), probability=NAMED, family_probability=NAMED)
-    assert "sensor_lag (probability 50 %):" in " ".join(diagnosis_text(imitated(sure)).split())
+    sure = dataclasses.replace(
+        unsure("sensor_lag"), probability=NAMED, family_probability=NAMED, name_probability=NAMED
+    )
+    assert "sensor_lag (probability 90 %):" in " ".join(diagnosis_text(imitated(sure)).split())
 
 
 def test_the_bars_of_a_family_add_up():

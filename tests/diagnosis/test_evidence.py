@@ -4,7 +4,19 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from jaxmotor.diagnosis._evidence import WORST, Evidence, beyond_noise, beyond_others, blocks_of, evidence, weights
+from jaxmotor.diagnosis._evidence import (
+    BLOCKS,
+    FINEST,
+    WORST,
+    Evidence,
+    beyond_noise,
+    beyond_others,
+    blocks_of,
+    evidence,
+    groups_of,
+    means,
+    weights,
+)
 from jaxmotor.diagnosis._free import layout_of, linear_of
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.prediction import autoregression, k_steps, one_step
@@ -45,6 +57,37 @@ def test_a_block_that_alone_shows_a_parameter_does_not_count_without_limit():
     columns[blocks_of(ROWS) != 2, 1] = 0.0
     found = evidence(fitted.residual, fitted.jacobian, fitted.layout.spread, np.zeros(ROWS, int)).squares[0, 2]
     assert found <= WORST * np.mean(fitted.residual[blocks_of(ROWS) == 2] ** 2) * (1 + 1e-9)
+
+
+def test_close_rows_are_judged_together_and_never_across_pieces():
+    piece = np.repeat([0, 1, 2], [4000, 3001, 5000])
+    group = groups_of(piece, 4.5 * FINEST)
+    assert np.all(np.diff(group) >= 0) and all(len(set(piece[group == own])) == 1 for own in range(group[-1] + 1))
+    assert set(np.bincount(group)) == {4, 1} and group[-1] + 1 == 1000 + 751 + 1250
+    columns = np.random.default_rng(6).standard_normal((len(piece), 3))
+    averaged = means(columns, group)
+    assert averaged.shape == (group[-1] + 1, 3) and averaged[1000] == pytest.approx(columns[4000:4004].mean(axis=0))
+    # A log that is sampled as usual, and one that would have too few rows left, stay as they are.
+    for same in (groups_of(piece, 1.9 * FINEST), groups_of(piece[: 20 * BLOCKS], 1e6)):
+        assert np.array_equal(same, np.arange(len(same)))
+
+
+def test_how_fast_a_log_was_sampled_matters_little():
+    """The noise of a sensor that is sampled ten times as often, and the same motion: the evidence is the same."""
+    rng = np.random.default_rng(7)
+    slow = lfilter([1.0], [1.0, -0.9], rng.standard_normal(3000))
+    law = np.repeat(np.sin(np.arange(3000) / 30), 10)
+    smooth = np.interp(np.arange(30_000), np.arange(3000) * 10 + 4.5, slow)
+
+    def apart(residuals: list[np.ndarray], group: np.ndarray) -> float:
+        piece, free = np.zeros(group[-1] + 1, int), np.zeros((group[-1] + 1, 0))
+        judged = [evidence(means(one, group), free, np.zeros(0), piece) for one in residuals]
+        return float(weights(judged, [0.0, 0.0])[1])
+
+    one, other = smooth, smooth + law
+    together, alone = groups_of(np.zeros(30_000, int), 10.0 * FINEST), np.arange(30_000)
+    sampled = apart([slow, slow + law[::10]], np.arange(3000))
+    assert abs(np.log(apart([one, other], together) / sampled)) < abs(np.log(apart([one, other], alone) / sampled))
 
 
 def test_colour_is_found_and_taken_out():

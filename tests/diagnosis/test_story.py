@@ -45,7 +45,7 @@ def found_effect(name, relative=0.01, inseparable=True):
     alternatives = [
         Alternative(other, 0.1 * k, inseparable and k == 0) for k, other in enumerate(EFFECTS) if other != name
     ]
-    return FoundEffect(effect, error, 30.0, tuple(alternatives[:4]), (), 0.8, 0.9)
+    return FoundEffect(effect, error, 30.0, tuple(alternatives[:4]), (), 0.8, 0.9, name_probability=0.9)
 
 
 def with_effects(*names):

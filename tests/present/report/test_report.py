@@ -289,7 +289,9 @@ def test_unexplained_is_said(told):
 
 def unlikely(found, of_family=0.13):
     """`found`, and what it may be instead, next to impossible."""
-    return dataclasses.replace(found, probability=0.0004, family_probability=0.0009, of_family=of_family)
+    return dataclasses.replace(
+        found, probability=0.0004, family_probability=0.0009, name_probability=0.0009, of_family=of_family
+    )
 
 
 def test_the_first_sentence_names_no_more_than_the_bars_do(told):
