@@ -14,6 +14,13 @@ def with_error(value: float, error: float, unit: str) -> str:
     return f"{value:.{digits}f} ± {half:.{digits}f} {unit}".rstrip()
 
 
+def if_determined(value: float, error: float, unit: str) -> str:
+    """As `with_error`; an interval that holds zero says little of its middle, a far wider one nothing."""
+    if 1.96 * error < abs(value):
+        return with_error(value, error, unit)
+    return "not determined" + (f" ({with_error(value, error, unit)})" if error < 5 * abs(value) else "")
+
+
 def as_known(value: float, error: float, unit: str) -> str:
     """`value unit` with as many digits as `between` gives its limits."""
     half = 1.96 * error

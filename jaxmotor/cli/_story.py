@@ -12,6 +12,7 @@ from jaxmotor.text import (
     allowing,
     bracket,
     cause,
+    if_determined,
     level_words,
     looks_like,
     loop_of,
@@ -23,7 +24,6 @@ from jaxmotor.text import (
     seen_in,
     sentence,
     voltage,
-    with_error,
 )
 from jaxmotor.validation import Interval
 
@@ -139,16 +139,9 @@ def _told(interval: Interval, unit: str, factor: float = 1.0) -> str:
 
 def _motor(diagnosis: Diagnosis) -> str:
     linear, error = diagnosis.motor.linear, diagnosis.standard_error
-    gain = _known("gain", float(linear.gain), error["gain_rad_s_V"], "rad/s/V")
-    pole = _known("pole", float(linear.pole), error["pole_rad_s"], "rad/s")
-    return f"{gain}, {pole}{' beside these effects' if diagnosis.named else ''}; ± is 95 %"
-
-
-def _known(name: str, value: float, error: float, unit: str) -> str:
-    """An interval that holds zero says little of its middle; a wider one, nothing."""
-    if 1.96 * error < abs(value):
-        return f"{name} {with_error(value, error, unit)}"
-    return f"{name} not determined" + (f" ({with_error(value, error, unit)})" if error < 5 * abs(value) else "")
+    gain = if_determined(float(linear.gain), error["gain_rad_s_V"], "rad/s/V")
+    pole = if_determined(float(linear.pole), error["pole_rad_s"], "rad/s")
+    return f"gain {gain}, pole {pole}{' beside these effects' if diagnosis.named else ''}; ± is 95 %"
 
 
 def _advice(diagnosis: Diagnosis) -> list[str]:

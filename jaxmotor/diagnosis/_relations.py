@@ -38,7 +38,7 @@ class Relations:
         return tuple(simple for simple in self.known[name].contains if simple in self.known)
 
     def containing(self, name: str) -> set[str]:
-        """Known laws of which an effect is a special case: where one is there, so is that. No curves: they contain all."""
+        """Known laws of which an effect is a special case: where one is there, so is that. Curves have no name."""
         laws = (other for other in self.known if not issubclass(self.known[other], AbstractLearnedEffect))
         return {other for other in laws if name in self.simpler(other)}
 

@@ -3,6 +3,7 @@
 from jaxmotor._numbers import as_known as as_known
 from jaxmotor._numbers import between as between
 from jaxmotor._numbers import bracket as bracket
+from jaxmotor._numbers import if_determined as if_determined
 from jaxmotor._numbers import plainly as plainly
 from jaxmotor._numbers import voltage as voltage
 from jaxmotor._numbers import with_bracket as with_bracket

@@ -16,7 +16,7 @@ from jaxmotor.cli._text import fit_text
 from jaxmotor.motor.effects import EFFECTS, told_parameters
 from jaxmotor.present import position_drift, simulation
 from jaxmotor.present._style import plain
-from jaxmotor.text import key_title, parameter_title, spoken, voltage, with_bracket
+from jaxmotor.text import if_determined, key_title, parameter_title, spoken, voltage, with_bracket
 
 
 @settings(max_examples=30)
@@ -119,3 +119,11 @@ def test_keys_of_a_header_are_words_with_units(key, title):
 )
 def test_a_voltage_has_no_power_of_ten(volts, shown):
     assert voltage(volts) == shown
+
+
+def test_an_interval_that_holds_zero_is_no_value():
+    """Nor is one without limits; of one far wider than its middle not even that is told."""
+    assert if_determined(20.0, 1.0, "rad/s") == "20.0 ± 2.0 rad/s"
+    assert if_determined(20.0, 15.0, "rad/s") == "not determined (20 ± 29 rad/s)"
+    for error in (200.0, np.inf, np.nan):
+        assert if_determined(20.0, error, "rad/s") == "not determined"

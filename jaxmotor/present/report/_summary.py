@@ -16,6 +16,7 @@ from jaxmotor.text import (
     either,
     equals,
     family_of,
+    if_determined,
     looks_like,
     named,
     odds,
@@ -139,8 +140,9 @@ def _numbers(story: Story) -> Iterator[tuple[str, Content]]:
     pole, pole_error = float(linear.pole), error["pole_rad_s"]
     # Where nobody knows the supply, 1 V stands for all of it.
     of, per = ("at full duty", "") if story.recording.header.get("supply_unknown") is True else ("per volt", "/V")
-    rpm = with_error(RPM * gain, RPM * gain_error, f"rpm{per}")
-    tau_ms = with_error(1e3 / pole, 1e3 * pole_error / pole**2, "ms")
+    told = with_error if is_useless(story.diagnosis) else if_determined
+    rpm = told(RPM * gain, RPM * gain_error, f"rpm{per}")
+    tau_ms = told(1e3 / pole, 1e3 * pole_error / pole**2, "ms")
     if is_useless(story.diagnosis):
         yield f"speed {of}", _unusable(rpm)
         yield "time constant", _unusable(tau_ms)

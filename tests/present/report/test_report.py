@@ -287,6 +287,13 @@ def test_unexplained_is_said(told):
     assert diagnosis.looks_like is not None and diagnosis.looks_like.text in words
 
 
+def test_a_pole_that_is_not_determined_is_no_time_constant(told):
+    error = dict(told[0].diagnosis.standard_error)
+    wide = dataclasses.replace(told[0].diagnosis, standard_error=error | {"pole_rad_s": 10 * error["pole_rad_s"] + 1e3})
+    words = first_screen(Page(report_page(dataclasses.replace(told[0], diagnosis=wide), "0")))
+    assert "time constant not determined" in words and "speed per volt not determined" not in words
+
+
 def unlikely(found, of_family=0.13):
     """`found`, and what it may be instead, next to impossible."""
     return dataclasses.replace(
