@@ -14,7 +14,7 @@ Source = Literal["csv", "sysid"]
 
 
 def import_command(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="CSV (or SysId JSON) to import.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="CSV, MATLAB file or SysId JSON to import.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Recording to write.")],
     time: Annotated[str | None, typer.Option(metavar="COL[:s|ms|us|ns]", help="Time stamps.")] = None,
     input: Annotated[str | None, typer.Option(metavar="COL:V|mV|duty:FULL|percent", help="What was applied.")] = None,

@@ -14,6 +14,7 @@ from jaxmotor.recording._check import lost_ticks
 from jaxmotor.recording._header import RANGES
 from jaxmotor.recording._log import assemble
 from jaxmotor.recording._log_columns import Log
+from jaxmotor.recording._matlab import is_matlab, read_matlab
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._pulse_windows import usual_window_s
 from jaxmotor.recording._recording import Recording, RecordingError
@@ -59,7 +60,7 @@ def import_log(
     decimal_comma: bool = False,
     period_s: float | int | None = None,
 ) -> Recording:
-    """The recording in the CSV at `path`, whose columns and units are stated.
+    """The recording in the CSV or MATLAB file at `path`, whose columns and units are stated.
 
     `time` is `COL[:s|ms|us|ns]`, `t_s:s` unless stated; rows of a log without time stamps are `period_s` [s] apart.
     `input` is `COL:V`, `COL:mV`, `COL:duty:FULL` or `COL:percent`, of which the last two
@@ -102,7 +103,7 @@ def import_log(
         raise RecordingError("--speed-pulses is of a --speed, and says over how long it is; leave --speed-window out")
     if supply_unknown and (supply_V is not None or supply is not None):
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
-    table = path if isinstance(path, Table) else _opened(path, columns, drop_first, decimal_comma)
+    table = path if isinstance(path, Table) else opened(path, columns, drop_first, decimal_comma)
     names = list(table.cells)
     with about_log(table.source):
         clock, unit_s = ("", 1.0) if time is None else split_time(time, names)
@@ -166,8 +167,16 @@ def check_stated(drive: Any, drop_first: Any, **texts: Any) -> None:
     check_whole("--drop-first", drop_first)
 
 
-def _opened(path: Path, columns: str | None, drop_first: int, decimal_comma: bool) -> Table:
-    return read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma)
+def opened(path: Path, columns: str | None, drop_first: int, decimal_comma: bool) -> Table:
+    """The log at `path`, a CSV or a file of MATLAB.
+
+    **Raises:** `RecordingError`.
+    """
+    if not is_matlab(path):
+        return read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma)
+    if columns is not None or decimal_comma:
+        raise RecordingError(f"{path}: the variables have names and numbers; leave --columns and --decimal-comma out")
+    return read_matlab(path, drop=drop_first)
 
 
 def _nominal(stated: Input, measured: np.ndarray | None, supply_V: float | None, unknown: bool) -> float | None:

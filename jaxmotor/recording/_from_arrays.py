@@ -73,7 +73,7 @@ def from_arrays(
     for own in header:
         del own["parameters"]
     header_of({"drive": drive or "brake", "segment": header}, f"{name}, as a header")
-    with _in_own_words(name):
+    with _in_own_words():
         recording = as_options(import_log)(
             table,
             time="time_s",
@@ -136,15 +136,15 @@ def _check_columns(given: set[str], duty_full_scale: float | int | None, name: s
 
 
 @contextlib.contextmanager
-def _in_own_words(name: str) -> Iterator[None]:
-    """Errors inside speak of arguments and rows, not of options and lines."""
+def _in_own_words() -> Iterator[None]:
+    """Errors inside speak of arguments, not of options."""
     try:
         yield
     except JaxmotorError as error:
         text = of_arguments(
             str(error), angle="angle_rad", count="counts", speed="speed_rad_s", supply_column="supply_V"
         )
-        raise RecordingError(text.replace(f"{name}, line ", f"{name}, row ", 1)) from None
+        raise RecordingError(text) from None
 
 
 def _segments(stated: dict[str, Any], number: int, name: str) -> list[dict[str, Any]]:
@@ -173,7 +173,7 @@ def _table(name: str, columns: Mapping[str, Column]) -> Table:
             raise RecordingError(f"{name}: {key} has {given} rows, time_s {time}; give arrays (n,) of one length")
     cells = {key: [cell for piece in its for cell in piece.astype(str).tolist()] for key, its in pieces.items()}
     cells["segment"] = [str(k) for k, piece in enumerate(pieces["time_s"]) for _ in piece]
-    return Table(name, range(1, len(cells["segment"]) + 1), cells)
+    return Table(name, range(1, len(cells["segment"]) + 1), cells, "row")
 
 
 def _pieces(value: Column) -> list[np.ndarray]:

@@ -5,11 +5,10 @@ import os
 import numpy as np
 
 from jaxmotor._arguments import path_of
-from jaxmotor.recording._foreign import Drive, check_stated, input_of, window_of
+from jaxmotor.recording._foreign import Drive, check_stated, input_of, opened, window_of
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._shaft import Shaft
-from jaxmotor.recording._table import read_table
 from jaxmotor.recording._text import about_log, limit_rows
 from jaxmotor.recording._units import Scale, positive, split_input
 
@@ -56,7 +55,7 @@ def import_steady(
     ticks = round(hold / period) + 1
     if ticks < 3:
         raise RecordingError(f"--steady {hold:g} is less than two periods of {period:g} s; hold the states longer")
-    table = read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma)
+    table = opened(path, columns, drop_first, decimal_comma)
     with about_log(table.source):
         names = list(table.cells)
         volts, _, _ = input_of(table, split_input(input, names), supply_V)

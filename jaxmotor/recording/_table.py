@@ -7,6 +7,7 @@ import re
 from collections.abc import Sequence
 from decimal import Decimal
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -38,13 +39,15 @@ class Table:
     lines: Sequence[int]
     """Line of each row in the file."""
     cells: dict[str, list[str]]
+    place: Literal["line", "row"] = "line"
+    """What `lines` count."""
 
     def __len__(self) -> int:
         return len(self.lines)
 
     def fault(self, row: int, sentence: str) -> RecordingError:
         """The error about `row`, counted from 0."""
-        return fault(self.source, self.lines[row], sentence)
+        return fault(self.source, self.lines[row], sentence, self.place)
 
     def only(self, rows: np.ndarray) -> "Table":
         """The table of the rows at which `rows` (n,) is true."""
@@ -52,7 +55,7 @@ class Table:
             return self
         kept = np.flatnonzero(rows).tolist()
         cells = {name: [column[row] for row in kept] for name, column in self.cells.items()}
-        return Table(self.source, [self.lines[row] for row in kept], cells)
+        return dataclasses.replace(self, lines=[self.lines[row] for row in kept], cells=cells)
 
     def missing(self, name: str) -> np.ndarray:
         """(n,) whether the cell is empty or says that nothing was measured (`nan`, `NA`)."""
@@ -112,7 +115,7 @@ class Table:
         """
         missing = self.missing(name)
         cells = ["0" if no else cell for cell, no in zip(self.cells[name], missing.tolist(), strict=True)]
-        return np.where(missing, np.nan, Table(self.source, self.lines, {name: cells}).numbers(name))
+        return np.where(missing, np.nan, dataclasses.replace(self, cells={name: cells}).numbers(name))
 
     def integers(self, name: str) -> np.ndarray | None:
         """(n,) int64, exact, also where they are printed as 22.0; None where some cell is not a whole number.
@@ -290,7 +293,7 @@ def _with_points(table: Table) -> Table:
             if "." in cell and _THOUSANDS.fullmatch(cell.strip()):
                 raise table.fault(row, f"{name} is {shown(cell)}, with a point where commas are decimal; export plain")
     cells = {name: [cell.replace(",", ".") for cell in column] for name, column in table.cells.items()}
-    return Table(table.source, table.lines, cells)
+    return dataclasses.replace(table, cells=cells)
 
 
 def _check_widths(rows: list[list[str]], lines: list[str], width: int, source: str, first: int) -> None:

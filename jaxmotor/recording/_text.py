@@ -20,9 +20,9 @@ NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _SPLIT = "split it into several files or log at a lower rate"
 
 
-def fault(source: str, line: int, sentence: str) -> RecordingError:
-    """The error for `sentence` about `line` (counted from 1) of the file."""
-    return RecordingError(f"{source}, line {line}: {sentence}")
+def fault(source: str, line: int, sentence: str, place: str = "line") -> RecordingError:
+    """The error for `sentence` about `line` (counted from 1) of the file, or another such `place`."""
+    return RecordingError(f"{source}, {place} {line}: {sentence}")
 
 
 @contextlib.contextmanager
