@@ -24,7 +24,7 @@ FINE = 1e-6
 """Part of chi2 that a step of the last fit must promise."""
 NONE = "none"
 """In the place of an effect's name: the linear motor."""
-KEPT = 0.5
+STAYS = 0.5
 """Probability, of it or what it may as well be, from which an effect stays in the motor, and its family is told."""
 NAMED = 0.9
 """The same from which it is told by its name, as a cause: by what is stated, one name in ten is wrong at most."""

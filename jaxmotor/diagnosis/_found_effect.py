@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from jaxmotor.diagnosis._found import KEPT, NAMED
+from jaxmotor.diagnosis._found import NAMED, STAYS
 from jaxmotor.diagnosis._learned_law import LearnedLaw
 from jaxmotor.motor import AbstractEffect
 from jaxmotor.motor.effects import parameters
@@ -61,7 +61,7 @@ class FoundEffect:
     @property
     def is_told(self) -> bool:
         """It or its family is more likely than not. Otherwise the motor only fits better with it."""
-        return self.is_named or self.of_family >= KEPT
+        return self.is_named or self.of_family >= STAYS
 
     @property
     def name(self) -> str:

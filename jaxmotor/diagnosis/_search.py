@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from jaxmotor.diagnosis._cycles import Repeats
-from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, KEPT, LEAST, NEARLY, Explained, Found, Named
+from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, LEAST, NEARLY, STAYS, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_wide, turned_about, with_effect, without_effect
 from jaxmotor.diagnosis._level import is_as_likely, ties_of
 from jaxmotor.diagnosis._parallel import side_by_side
@@ -380,7 +380,7 @@ class Search:
             if rest not in weight:
                 continue
             shorter = self.visited.fitted[rest]
-            unlikely = self._named(fitted, name).with_equal < KEPT
+            unlikely = self._named(fitted, name).with_equal < STAYS
             needed = weight[rest] < EQUAL * weight[frozenset(fitted.names)]
             if (unlikely and not needed) or self._imitates(shorter, fitted):
                 return self._likely(shorter)

@@ -103,6 +103,10 @@ def assess(
     fitted = np.isin(np.arange(len(psi)), held, invert=True)
     covariance = np.where(np.outer(fitted, fitted), covariance, 0.0)
     timing, average = properties_of(psi, covariance, of_log, packed.durations[0], alike)
+    log_s = len(packed) * packed.durations[0]
+    # Of what is not determined nothing is said.
+    timing = timing if timing is not None and timing.standard_error_s < log_s else None
+    average = average if average is not None and average.lateness_error_s < log_s else None
     own = slice(len(psi) - len(of_log))
     psi, covariance, model = psi[own], covariance[own, own], model[own, own]
     # K, b, log a, log tau -> K, a, tau [, and u0 = b/K].

@@ -130,7 +130,7 @@ class SecondOrder(AbstractLinearMotor):
     def _short_hold(self, duration: Float[Array, ""]) -> Hold:
         """φ2 = Σ (M T)^k/(k+2)!, φ1 = 1 + M T φ2, exp(M T) = 1 + M T φ1; `TERMS` reach double precision."""
         a, lag = self.pole * duration, duration / self.electrical_time_constant
-        limited = jnp.minimum(1.0, SHORT / (a + 2 * lag))  # keeps the branch not taken finite
+        limited = SHORT / jnp.maximum(a + 2 * lag, SHORT)  # keeps the branch not taken finite
         a, lag = a * limited, lag * limited
         step = jnp.stack([jnp.stack([jnp.zeros_like(a), a]), jnp.stack([-lag, -lag])])
         one = jnp.eye(2, dtype=step.dtype)

@@ -178,6 +178,17 @@ def test_single_precision_stays_close():
     close(found, np.asarray(exact), 1e-5)
 
 
+def test_a_hold_of_no_length_has_a_derivative():
+    """Rows of no length are padding; what a motor's parameters change there is nothing, not NaN."""
+
+    def held(pole, lag):
+        return SecondOrder(jnp.asarray(11.0), pole, lag).hold(jnp.zeros(()))
+
+    with jax.enable_x64(True):
+        changed = jax.jacfwd(held, argnums=(0, 1))(jnp.asarray(40.0), jnp.asarray(6e-5))
+    assert all(np.array_equal(one, np.zeros_like(one)) for one in jax.tree.leaves(changed))
+
+
 def test_a_very_fast_electrical_part_does_not_overflow():
     motor = SecondOrder(*numbers(11.0, 40.0, 1e-7))
     hold = motor.hold(jnp.asarray(0.02))
