@@ -46,12 +46,8 @@ from jaxmotor.diagnosis._weighed import (
 from jaxmotor.estimate import STAMPS, Fit, best_guess, identify
 from jaxmotor.motor.effects import AbstractDisturbance
 from jaxmotor.prediction import as_angles
-from jaxmotor.recording import Recording, check, recording_of
+from jaxmotor.recording import EARLY, Recording, check, recording_of
 
-EARLY = (
-    "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
-    "on; import it with --input-acts before"
-)
 BEGINS = "the log does not hold the angle at which each segment begins: it was fitted to what is locked to the angle"
 
 

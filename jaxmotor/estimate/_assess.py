@@ -12,8 +12,9 @@ from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
 from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.prediction import LAG_S, Packed
-from jaxmotor.recording import Recording
+from jaxmotor.recording import Recording, warn_early
 
+FASTER = "add steps, or sines near the pole's frequency"
 QUIET_LOG10_Q = -4.0
 """Below this process term [decades of the floor] the encoder alone explains the residuals."""
 QUIET_CHI2 = 1.1
@@ -237,8 +238,8 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, p
     if error[2] > UNDETERMINED or pole_share < LEAST_POLE_SHARE:
         raise JaxmotorError(
             f"{recording.name}: the pole is not determined by this recording (the gain is {gain:.4g} "
-            f"± {1.96 * error[0]:.2g} rad/s/V); it shows in how the speed follows a fast change: add steps, "
-            "or sines near the pole's frequency"
+            f"± {1.96 * error[0]:.2g} rad/s/V); "
+            + (warn_early(recording) or ["it shows in how the speed follows a fast change: " + FASTER])[0]
         )
 
 

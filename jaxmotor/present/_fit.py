@@ -32,7 +32,10 @@ from jaxmotor.recording import Recording
 from jaxmotor.validation import OpenLoop
 
 MOST_PANELS = 12
-MOST_ROWS = 200
+ALL_ROWS, FEWEST_ROWS = 1200, 200
+"""Of all panels together, and of one."""
+LEADING_ROWS, STARTED = 10, 0.1
+"""Rows before the one in which the shaft reaches this part of its largest speed."""
 MANY_POINTS, MOST_POINTS = 3_000, 60_000
 NO_EDGE = Style(markeredgewidth=0)
 COLUMNS = 3
@@ -43,7 +46,8 @@ def simulation(fit: Fit | OpenLoop, recording: Recording | None = None, *, axes:
     """Measured speed and the motor's in free simulation, one panel for each of at most 12 segments, or of
     as many as there are `axes`.
 
-    Each panel shows the first 200 rows, and its fit % is of the whole segment. With the `recording` panels are named
+    Each panel shows the first 200 rows, or more where panels are few (of a shaft that rests long from about where it
+    begins to move); its fit % is of the whole segment. With the `recording` panels are named
     after what was applied.
     """
     chosen = spread(fit.traces, MOST_PANELS if axes is None else np.size(axes))  # pyright: ignore[reportArgumentType]
@@ -51,7 +55,7 @@ def simulation(fit: Fit | OpenLoop, recording: Recording | None = None, *, axes:
     rows = -(-len(chosen) // columns)
     figure, axes = panels(rows, 0.75 + max(1.05 * rows, 1.6), columns=columns, share_x=False, share_y=True, axes=axes)
     for ax, trace in zip(axes.flat, chosen, strict=False):
-        _simulated(ax, trace, recording, columns)
+        _simulated(ax, trace, recording, columns, max(ALL_ROWS // len(chosen), FEWEST_ROWS))
     for ax in axes.flat[len(chosen) :]:
         ax.remove()
     for column in range(columns):
@@ -124,8 +128,8 @@ def segment_name(trace: Trace, recording: Recording | None) -> str:
     return f"{name} {form.format(value)}" if sensible else f"{name} ({trace.segment})"
 
 
-def _simulated(ax: Axes, trace: Trace, recording: Recording | None, columns: int) -> None:
-    rows = slice(0, MOST_ROWS)
+def _simulated(ax: Axes, trace: Trace, recording: Recording | None, columns: int, most: int) -> None:
+    rows = shown_rows(trace, most)
     time, gap = with_gaps(trace.time_s[rows])
     ax.plot(trace.time_s[rows], trace.measured_rad_s[rows], label="measured", **SMALL_DOTS)
     ax.plot(time, gap(trace.simulated_rad_s[rows]), label="simulated", **{**EXACT, "linewidth": 1.0})
@@ -133,6 +137,14 @@ def _simulated(ax: Axes, trace: Trace, recording: Recording | None, columns: int
     score = f"{percent:.1f} %" if np.isfinite(percent) else "no score"
     title = textwrap.fill(f"{segment_name(trace, recording)}: {score}", LINE // columns, break_long_words=False)
     ax.set_title(title, loc="left", fontsize=7.5, pad=3)
+
+
+def shown_rows(trace: Trace, most: int) -> slice:
+    """At most so many; where more than half of these would show a shaft at rest, from about where it begins to move."""
+    size = np.abs(trace.measured_rad_s)
+    moves = int(np.argmax(size > STARTED * size.max(initial=0.0))) if len(size) else 0
+    begin = min(moves - LEADING_ROWS, len(size) - most) if moves > most // 2 else 0
+    return slice(max(begin, 0), max(begin, 0) + most)
 
 
 def with_gaps(time: np.ndarray) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:

@@ -22,6 +22,13 @@ SLOWEST_RAD_S = 1e-9
 """A speed, or a change of it, that is none: a turn in 200 years."""
 FEW_BACK = 0.15
 """Share of rows that turn back where speeds have no sign: undoing a filter that smoothed them may make some."""
+STILL, STRUCK = 0.05, 0.5
+"""Of the largest speed, what is next to none, and what no shaft reaches before it is driven: read half a row late at
+most, few motors are that fast."""
+EARLY = (
+    "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
+    "on; import it with --input-acts before"
+)
 PERIODIC = ("sine", "multisine", "chirp")
 
 
@@ -43,6 +50,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_lost_ticks(recording),
         *warn_overlap(recording),
         *warn_sign(recording),
+        *warn_early(recording),
         *warn_unknowns(recording),
         *warn_supply(recording),
         *warn_repeats(recording),
@@ -165,6 +173,20 @@ def warn_sign(recording: Recording) -> list[str]:
     if volts @ speed >= -0.1 * np.linalg.norm(volts) * np.linalg.norm(speed):
         return []
     return ["the motor turns against the voltage; swap the sign of the input or of the output"]
+
+
+def warn_early(recording: Recording) -> list[str]:
+    """A shaft that is still while there is no voltage, but for the last row of that."""
+    return [EARLY] if any(_is_early(recording, segment) for segment in recording.segments) else []
+
+
+def _is_early(recording: Recording, segment: Segment) -> bool:
+    first = int(np.argmax(segment.volts != 0))
+    if first < 2:
+        return False
+    share = np.abs(mean_speeds(recording, segment))
+    share = share / max(share.max(), SLOWEST_RAD_S)
+    return bool(share[: first - 1].max() < STILL and share[first - 1] > STRUCK)
 
 
 def _is_magnitude(volts: np.ndarray, speed: np.ndarray) -> bool:

@@ -39,6 +39,23 @@ def test_few_segments_leave_no_empty_panels(exact):
         check(figure)
 
 
+def test_a_motor_that_rests_long_is_shown_as_it_moves(exact):
+    trace = exact.traces[-1]
+    rest = np.zeros(5000)
+    late = dataclasses.replace(
+        trace,
+        time_s=np.arange(5000 + len(trace.time_s)) * 0.005,
+        measured_rad_s=np.concatenate([rest, trace.measured_rad_s]),
+        simulated_rad_s=np.concatenate([rest, trace.simulated_rad_s]),
+    )
+    shown = line(simulation(dataclasses.replace(exact, traces=(late,))).axes[0], "measured").get_ydata()
+    assert len(shown) <= 1200 and shown[0] == 0 and np.abs(shown).max() > 0.9 * np.abs(trace.measured_rad_s).max()
+    ending = dataclasses.replace(late, measured_rad_s=np.concatenate([rest, 0 * trace.measured_rad_s[:-1], [50.0]]))
+    assert len(line(simulation(dataclasses.replace(exact, traces=(ending,))).axes[0], "measured").get_ydata()) == 1200
+    still = dataclasses.replace(trace, measured_rad_s=0 * trace.measured_rad_s)
+    check(simulation(dataclasses.replace(exact, traces=(still,))))
+
+
 def test_lost_ticks_are_gaps_in_the_curve(exact):
     trace = exact.traces[0]
     keep = np.delete(np.arange(100), np.arange(50, 60))

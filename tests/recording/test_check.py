@@ -13,6 +13,7 @@ from jaxmotor.recording._check import (
     check_input,
     check_output,
     check_sines,
+    warn_early,
     warn_lost_ticks,
     warn_overlap,
     warn_repetition,
@@ -238,6 +239,21 @@ def test_sign():
     one_way = np.where(SOUND["steps"] > 0, size, 0.0)
     assert warn_sign(moved(one_way)) == []
     assert warn_sign(moved(np.where(one_way, one_way, -0.2), friction=0.5)) == []
+
+
+def test_a_shaft_that_moves_before_it_is_driven():
+    """Where rows hold the input that was applied until them; a fast motor that is read half a row late is no such."""
+    volts = np.where(np.arange(200) < 100, 0.0, 6.0)
+    speed = 30 * (1 - np.exp(-np.maximum(np.arange(200) - 100.0, 0) * 2.0))
+    assert speed[100] == 0 and speed[101] > 0.8 * speed.max()
+    for shifted, is_early in ((speed, False), (np.append(speed[1:], speed[-1]), True)):
+        assert bool(warn_early(spun(shifted, volts))) == is_early
+        assert bool(warn_early(angled(np.cumsum(shifted) * 0.01, volts))) == is_early
+    half_late = speed + np.where(np.arange(200) == 100, 12.0, 0.0)
+    coasting = speed[::-1]
+    for sound in (half_late, coasting, np.full(200, 30.0)):
+        assert warn_early(spun(sound, volts)) == []
+    assert not any(warn_early(moved(plan)) for plan in SOUND.values())
 
 
 def test_unknowns():
