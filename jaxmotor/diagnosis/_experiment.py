@@ -46,18 +46,15 @@ def experiment(
     """The experiment that tells motor `first`, with effect `names[0]`, from `second`, with `names[1]`, best."""
     period_s = float(np.asarray(solver.trial.measured_log.duration))
     candidates = _candidates(solver.trial, period_s, float(first.linear.pole))
-    trial = _on(solver.trial, candidates, first, period_s)
-    other = Solver(trial)
-    _, wanted = other.residual_of(first, np.zeros(other.pieces))
-    shown, jacobian, _ = other.linearise(second.template, second.free, np.zeros(other.pieces))
-    rows = trial.time.shape[1]
     excess = [
-        _excess((shown - wanted)[sequence], jacobian[sequence], second)
-        for sequence in (slice(k * rows, (k + 1) * rows) for k in range(len(candidates)))
+        one
+        for some in _in_parts(candidates, solver.trial.time.shape[0])
+        for one in _excesses(_on(solver.trial, some, first, period_s), len(some), first, second)
     ]
     best = int(np.argmax(excess))
     if not excess[best] > TELLS:
-        text = f"no experiment with this rig tells {names[0]} from {names[1]}: only a change to the rig can"
+        seconds = solver.trial.time.shape[1] * period_s
+        text = f"no ramp or sine of {seconds:.2g} s tells {names[0]} from {names[1]}; a longer one or another rig may"
         return Experiment(text, names, float(excess[best]), None)
     chosen = candidates[best]
     plan = "\n".join([f'name = "tell {names[0]} from {names[1]}"', *_rig(recording, period_s), chosen.toml])
@@ -89,6 +86,20 @@ def _rig(recording: Recording, period_s: float) -> list[str]:
     return [*lines, "", "[[experiment]]"]
 
 
+def _in_parts(candidates: list[_Candidate], most: int) -> list[list[_Candidate]]:
+    """`most` at a time: as many as a trial has sequences."""
+    return [candidates[begin : begin + most] for begin in range(0, len(candidates), most)]
+
+
+def _excesses(trial: Trial, number: int, first: Motor, second: Fitted) -> list[float]:
+    """Of each experiment in the first `number` sequences of `trial`."""
+    other, rows = Solver(trial), trial.time.shape[1]
+    _, wanted = other.residual_of(first, np.zeros(other.pieces))
+    shown, jacobian, _ = other.linearise(second.template, second.free, np.zeros(other.pieces))
+    sequences = [slice(k * rows, (k + 1) * rows) for k in range(number)]
+    return [_excess((shown - wanted)[sequence], jacobian[sequence], second) for sequence in sequences]
+
+
 def _excess(apart: np.ndarray, jacobian: np.ndarray, second: Fitted) -> float:
     """Mean square of `apart` once `second` has moved as far as the recording lets it to make up for it."""
     held = second.jacobian.T @ second.jacobian
@@ -98,7 +109,7 @@ def _excess(apart: np.ndarray, jacobian: np.ndarray, second: Fitted) -> float:
 
 def _candidates(trial: Trial, period: float, pole: float) -> list[_Candidate]:
     """As long as a sequence of the trial is, so that nothing new is compiled."""
-    batch, ticks = trial.time.shape
+    ticks = trial.time.shape[1]
     supply, seconds = float(trial.supply), ticks * period
     time = np.arange(ticks) * period
     found: list[_Candidate] = []
@@ -114,7 +125,7 @@ def _candidates(trial: Trial, period: float, pole: float) -> list[_Candidate]:
             sine = high * np.sin(2 * np.pi * frequency * time)
             text = f"a sine of {frequency:.2g} Hz and {high:.2g} V"
             add(text, "sine", sine, frequency_Hz=frequency, amplitude_V=high)
-    return found[:batch]
+    return found
 
 
 def _on(trial: Trial, candidates: list[_Candidate], motor: Motor, period: float) -> Trial:
