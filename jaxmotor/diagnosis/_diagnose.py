@@ -190,7 +190,8 @@ def _notes(known: tuple[str, ...], held: HeldOut, found: Found, effects: tuple[F
         notes.append("the recording is too short to hold a part of it out")
     if held.is_worse:
         notes.append(
-            "the extended motor predicts held-out data worse than the linear one: its effects do not carry over"
+            "by its drift the extended motor predicts held-out data worse than the linear one: its effects do not "
+            "carry over"
         )
     if not found.fitted.converged:
         notes.append(

@@ -17,7 +17,8 @@ from jaxmotor.recording._serial import labels_of, without_arrival, without_label
 from jaxmotor.recording._text import NUMBER, check_names, fault, limit_rows, load, text_of
 
 DELIMITERS = {",": "comma", ";": "semicolon", "\t": "tab", " ": "blanks"}
-COMMENTS = ("#", "%")
+COMMENTS = ("#", "%", "=~=~")
+"""The last is PuTTY's."""
 MISSING = ("", "nan", "-nan", "na")
 """Cells that say that nothing was measured, in small letters."""
 LARGEST = 1e17
@@ -187,7 +188,8 @@ def read_table(path: Path, *, columns: str | None = None, drop: int = 0, decimal
         lines[top:] = without_labels(lines[top:], labels, source, top + 1)
     if columns is not None:
         top, drop = min(top + drop, len(lines)), 0
-    marks = [mark for mark in DELIMITERS if not (decimal_comma and mark == ",")]
+    # Commas that separate stand outside of quotes.
+    marks = [mark for mark in DELIMITERS if not (decimal_comma and mark == "," and '"' not in lines[-1])]
     find = _above_names if columns is None else _stated_names
     names, first, delimiter = find(lines, top, marks, columns or "", source)
     check_names(names, source, first, "put names above them, or state --columns")
@@ -232,11 +234,12 @@ def _stated_names(
         raise RecordingError(f"{source}: the log has no rows; export it again")
     if not any(map(NUMBER.fullmatch, _bare_cells(lines[top]))) and re.search("[A-Za-z]", lines[top]):
         raise fault(source, top + 1, "this line names the columns already; leave --columns out")
-    # The last row: a stale first one may be torn.
-    delimiter = _delimiter(lines[-1], lines[-1], marks, source, len(lines))
-    names, width = [name.strip() for name in columns.split(",")], _width(lines[-1], delimiter)
+    # The last row: a stale first one may be torn. So may the last one be, where the log was cut.
+    last = len(lines) - (len(lines) - top > 1 and not any(mark in lines[-1] for mark in DELIMITERS))
+    delimiter = _delimiter(lines[last - 1], lines[last - 1], marks, source, last)
+    names, width = [name.strip() for name in columns.split(",")], _width(lines[last - 1], delimiter)
     if len(names) != width:
-        raise fault(source, len(lines), f"{width} fields, and --columns names {len(names)}; name each of them")
+        raise fault(source, last, f"{width} fields, and --columns names {len(names)}; name each of them")
     return names, top, delimiter
 
 
@@ -299,7 +302,8 @@ def _with_points(table: Table) -> Table:
 def _check_widths(rows: list[list[str]], lines: list[str], width: int, source: str, first: int) -> None:
     for number, (row, line) in enumerate(zip(rows, lines, strict=True), first):
         if len(row) != width:
-            what = "a comment or blank line" if not line.strip() or line.startswith(COMMENTS) else f"{len(row)} fields"
+            fields = f"{len(row)} fields" if len(row) != 1 else "1 field"
+            what = "a comment or blank line" if not line.strip() or line.startswith(COMMENTS) else fields
             hint = "if commas are decimal marks, export with another separator" if len(row) > width else "correct it"
             raise fault(source, number, f"{what} where the columns are {width}; {hint}")
 

@@ -121,6 +121,15 @@ STYLES = {
         '"t";"duty";"count"\r\n' + rows('"{t:.2f}";"{d}";"{n},0"\r\n').replace(".", ","),
         STATED | {"decimal_comma": True},
     ),
+    "quotes between commas, and decimal commas in them": (
+        "t,duty,count\r\n"
+        + "".join(f'"0,0{k}","{d}","{n},0"\r\n' for k, (d, n) in enumerate(zip(DUTY, COUNT, strict=True))),
+        STATED | {"decimal_comma": True},
+    ),
+    "PuTTY's log": (
+        "=~=~=~=~=~= PuTTY log 2026.01.30 12:22:11 =~=~=~=~=~=\r\nt,duty,count\r\n" + rows("{t:.2f},{d},{n}\r\n"),
+        STATED,
+    ),
     "numpy.savetxt": (
         "# t duty count\n" + rows("{t:.18e} {d:.18e} {n:.18e}\n"),
         STATED,
@@ -267,6 +276,7 @@ BARE = rows("{t:.2f},{d},{n}\n")
         (PLAIN, {"count": None, "angle": "count:deg", "wrap": 16}, "belongs to count"),
         (PLAIN.replace(",83", ",800"), {"count": None, "angle": "count:deg", "wrap": "turn"}, "beyond one turn"),
         (PLAIN, {"pulses": "count"}, "exactly one of"),
+        (BARE + "0.0", {"columns": "t,duty,count"}, "line 9: 1 field where the columns are 3"),
         (PLAIN, {"count": None, "pulses": "count", "wrap": 16}, "belongs to count"),
         (PLAIN, {"count": None, "pulses": "count", "counts_per_rev": None}, "counts_per_rev"),
         (PLAIN.replace("74", "74.5"), PULSED, "not whole"),
