@@ -3,6 +3,7 @@
 from jaxmotor.recording._at_duty import at_duty as at_duty
 from jaxmotor.recording._bundled import bundled as bundled
 from jaxmotor.recording._check import EARLY as EARLY
+from jaxmotor.recording._check import NO_WINDOW as NO_WINDOW
 from jaxmotor.recording._check import check as check
 from jaxmotor.recording._check import check_output as check_output
 from jaxmotor.recording._check import lost_ticks as lost_ticks

@@ -29,6 +29,10 @@ EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
 )
+NO_WINDOW = (
+    "it is not known over how long each speed was averaged; state speed_window_s (jaxmotor import: --speed-window; 0 "
+    "for an instantaneous one), or a delay will be seen that the motor does not have"
+)
 PERIODIC = ("sine", "multisine", "chirp")
 
 
@@ -210,10 +214,7 @@ def warn_unknowns(recording: Recording) -> list[str]:
     """What the header leaves open."""
     sentences = []
     if recording.measured == "speed" and recording.speed_window_s is None:
-        sentences.append(
-            "it is not known over how long each speed was averaged; state speed_window_s (jaxmotor import: "
-            "--speed-window; 0 for an instantaneous one), or a delay will be seen that the motor does not have"
-        )
+        sentences.append(NO_WINDOW)
     if recording.supply_V is None:
         sentences.append(
             "the supply voltage is not known, so effects that need it are left out: supply_sag, coast_drive, and "

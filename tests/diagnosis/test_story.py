@@ -21,7 +21,7 @@ from jaxmotor.estimate import read_model
 from jaxmotor.motor.effects import EFFECTS, parameters
 from jaxmotor.present import before_after, diagnosis_figures, residual_voltage, write_diagnosis
 from jaxmotor.present._before_after import best_gain
-from jaxmotor.recording import write
+from jaxmotor.recording import NO_WINDOW, write
 from jaxmotor.text import named, odds, percent, sentence
 
 STRANGE = "\x1b[31m$\\alpha$ {volts_V} \ud800 {0}" + 90 * "x" + ".csv"
@@ -317,3 +317,12 @@ def test_two_recordings_of_one_name_are_refused(capsys, files):
     words = [str(files / "rough.csv"), str(files / "again" / "rough.csv"), "-o", str(files / "out")]
     assert main(["diagnose", *words]) == 1
     assert "two recordings are called rough" in capsys.readouterr().err and not (files / "out").exists()
+
+
+def test_a_window_that_is_not_stated_is_told_beside_a_delay():
+    """`identify` said it, but it matters for what is named here."""
+    found = of("friction")[1]
+    noted = dataclasses.replace(found, notes=(NO_WINDOW,), fit=dataclasses.replace(found.fit, notes=(NO_WINDOW,)))
+    for name, is_told in (("transport_delay", True), ("cogging", False)):
+        text = " ".join(diagnosis_text(dataclasses.replace(noted, effects=(found_effect(name),))).split())
+        assert (NO_WINDOW[:60] in text) == is_told
