@@ -38,8 +38,8 @@ WORST = 4.0
 their kind is predicted badly by any model that has a law for them."""
 
 
-FINEST = 50
-"""Rows in a time constant, at most: `AHEAD` of them are nearly half of one."""
+FINEST = 25
+"""Rows in a time constant, at most: `AHEAD` of them are nearly one."""
 
 
 class Evidence(NamedTuple):
