@@ -36,8 +36,6 @@ NOTHING = 0.004
 WORST = 4.0
 """Times its residual, which the error of a block left out is taken to be at most: a block that holds the only rows of
 their kind is predicted badly by any model that has a law for them."""
-
-
 FINEST = 25
 """Rows in a time constant, at most: `AHEAD` of them are nearly one."""
 

@@ -69,6 +69,7 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
         "not_identifiable": list(found.unknown),
         "probability": min(found.probability, 1.0),
         "family_probability": min(found.family_probability, 1.0),
+        "name_probability": min(found.name_probability, 1.0),
         "named": found.is_named,
         "family": found.effect.family or None,
         "of_family_probability": min(found.of_family, 1.0),

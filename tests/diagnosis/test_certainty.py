@@ -89,7 +89,7 @@ def test_names_and_families_are_in_the_json():
     [effect] = content["effects"]
     assert content["format"] == 2 and effect["named"] and effect["family"] == "friction"
     assert content["families"]["friction"] == effect["of_family_probability"] > 0.99
-    assert effect["unexplained_share"] == 0.0
+    assert effect["unexplained_share"] == 0.0 and effect["name_probability"] >= NAMED
     assert list(content["families"].values()) == sorted(content["families"].values(), reverse=True)
     assert not to_json(imitated(unsure("sensor_lag")))["effects"][0]["named"]
 
