@@ -64,9 +64,12 @@ def groups_of(piece: np.ndarray, time_constant_rows: float) -> np.ndarray:
     most; alone where that leaves too few for full blocks."""
     most = len(piece) // (BLOCKS * AHEAD)
     rows = int(np.clip(time_constant_rows / FINEST, 1, max(most, 1)))
-    number = np.arange(len(piece))
-    begin = np.maximum.accumulate(np.where(np.diff(piece, prepend=-1) != 0, number, 0))
-    return np.cumsum((number - begin) % rows == 0) - 1
+    return np.cumsum((np.arange(len(piece)) - begin_of(piece)) % rows == 0) - 1
+
+
+def begin_of(piece: np.ndarray) -> np.ndarray:
+    """(n,) the row at which the piece of each row in pieces `piece` (n,) begins."""
+    return np.maximum.accumulate(np.where(np.diff(piece, prepend=-1) != 0, np.arange(len(piece)), 0))
 
 
 def means(columns: np.ndarray, group: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jaxmotor.diagnosis._evidence import begin_of
 from jaxmotor.diagnosis._free import motor_at, together, with_each, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._shared_program import shared_level
@@ -145,9 +146,7 @@ def _bare(motor: Motor) -> Motor:
 
 def _rows_before(piece: np.ndarray, rows: int) -> np.ndarray:
     """(n,) the row that is `rows` before each one in its piece `piece` (n,), or the first of that."""
-    number = np.arange(len(piece))
-    begin = np.maximum.accumulate(np.where(np.diff(piece, prepend=-1) != 0, number, 0))
-    return np.clip(number - rows, begin, len(piece) - 1)
+    return np.clip(np.arange(len(piece)) - rows, begin_of(piece), len(piece) - 1)
 
 
 def _effect_columns(

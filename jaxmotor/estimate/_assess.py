@@ -14,7 +14,7 @@ from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.prediction import LAG_S, Packed
 from jaxmotor.recording import Recording, warn_early
 
-FASTER = "add steps, or sines near the pole's frequency"
+SLOW = "it shows in how the speed follows a fast change: add steps, or sines near the pole's frequency"
 QUIET_LOG10_Q = -4.0
 """Below this process term [decades of the floor] the encoder alone explains the residuals."""
 QUIET_CHI2 = 1.1
@@ -236,10 +236,10 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, p
             "motor that follows them: record steps or sines"
         )
     if error[2] > UNDETERMINED or pole_share < LEAST_POLE_SHARE:
+        [what] = warn_early(recording) or [SLOW]
         raise JaxmotorError(
             f"{recording.name}: the pole is not determined by this recording (the gain is {gain:.4g} "
-            f"± {1.96 * error[0]:.2g} rad/s/V); "
-            + (warn_early(recording) or ["it shows in how the speed follows a fast change: " + FASTER])[0]
+            f"± {1.96 * error[0]:.2g} rad/s/V); {what}"
         )
 
 

@@ -188,8 +188,11 @@ def read_table(path: Path, *, columns: str | None = None, drop: int = 0, decimal
         lines[top:] = without_labels(lines[top:], labels, source, top + 1)
     if columns is not None:
         top, drop = min(top + drop, len(lines)), 0
-    # Commas that separate stand outside of quotes.
-    marks = [mark for mark in DELIMITERS if not (decimal_comma and mark == "," and '"' not in lines[-1])]
+    # Where numbers have commas, one separates only quotes, and nothing else does.
+    by_comma = not decimal_comma or (
+        '"' in lines[-1] and not any(mark in lines[-1] for mark in DELIMITERS.keys() - ",")
+    )
+    marks = [mark for mark in DELIMITERS if mark != "," or by_comma]
     find = _above_names if columns is None else _stated_names
     names, first, delimiter = find(lines, top, marks, columns or "", source)
     check_names(names, source, first, "put names above them, or state --columns")

@@ -126,6 +126,10 @@ STYLES = {
         + "".join(f'"0,0{k}","{d}","{n},0"\r\n' for k, (d, n) in enumerate(zip(DUTY, COUNT, strict=True))),
         STATED | {"decimal_comma": True},
     ),
+    "quotes between semicolons, decimal commas in them, no names": (
+        rows('"{t:.2f}";"{d}";"{n},0"\r\n').replace(".", ","),
+        STATED | {"decimal_comma": True, "columns": "t,duty,count"},
+    ),
     "PuTTY's log": (
         "=~=~=~=~=~= PuTTY log 2026.01.30 12:22:11 =~=~=~=~=~=\r\nt,duty,count\r\n" + rows("{t:.2f},{d},{n}\r\n"),
         STATED,
