@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import typer
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor.cli._check import check_command
 from jaxmotor.cli._demo import demo_command
 from jaxmotor.cli._diagnose import diagnose_command
 from jaxmotor.cli._encoder import encoder_command
@@ -37,6 +38,7 @@ def build() -> typer.Typer:
     app.command("demo")(demo_command)
     app.command("record")(record_command)
     app.command("import")(import_command)
+    app.command("check")(check_command)
     app.command("join")(join_command)
     app.command("identify")(identify_command)
     app.command("diagnose")(diagnose_command)

@@ -37,7 +37,7 @@ MOST_LOOPS = 2
 def diagnosis_text(diagnosis: Diagnosis, written: Sequence[Path] = ()) -> str:
     """What `jaxmotor diagnose` prints of one recording; `written` are the files made of it, in one folder."""
     parts = [
-        *textwrap.wrap(f"{printable(diagnosis.recording)}: {diagnosis.verdict}", WIDTH),
+        *textwrap.wrap(f"{printable(diagnosis.recording)}: {diagnosis.outcome}", WIDTH),
         *_part("what is wrong", _wrong(diagnosis)),
         *_part("why", _why(diagnosis)),
         *_part("how sure", _sure(diagnosis)),

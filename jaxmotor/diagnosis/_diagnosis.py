@@ -113,6 +113,11 @@ class Diagnosis(Shown):
     """The same of its speeds."""
 
     @property
+    def outcome(self) -> str:
+        """The verdict for people: `undecided` where nothing but the input leaves something open."""
+        return "undecided" if self.undecided else self.verdict
+
+    @property
     def named(self) -> tuple[FoundEffect, ...]:
         """Effects and disturbances: what the extended motor has that the linear one has not."""
         return (*self.effects, *self.named_disturbances)
@@ -161,7 +166,7 @@ class Diagnosis(Shown):
     def _title(self) -> str:
         each = [found.name if found.is_named else f"perhaps {found.name}" for found in self.effects]
         named = ", ".join(each) or "no effect"
-        return f"Diagnosis of {self.recording}: {self.verdict}, {named} (± is 95 %)"
+        return f"Diagnosis of {self.recording}: {self.outcome}, {named} (± is 95 %)"
 
     def _rows(self) -> tuple[Row, ...]:
         effects = [found.effect for found in self.effects]

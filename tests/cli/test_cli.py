@@ -60,6 +60,24 @@ def test_identify_as_json_keeps_the_contract(capsys, folder):
     assert (held.returncode, held.stdout) == (0, "2 of 2 lines hold\n")
 
 
+def test_check_says_what_is_there_and_what_weakens_an_estimate(capsys, folder, tmp_path):
+    segments = [(segment.volts, segment.count) for segment in recording(0, runs=RUNS).segments]
+    rows = sum(len(volts) for volts, _ in segments)
+    code, out, err = run(capsys, "check", folder / "m1.csv")
+    assert (code, err) == (0, "")
+    assert f"m1.csv: count; {rows} rows in 6 segments (3 sine, 3 step)" in out and "nothing to warn of" in out
+    turned = [line.split(",") for line in (folder / "m1.csv").read_text().splitlines() if not line.startswith("#")]
+    at = turned[0].index("count")
+    back = [[*row[:at], str(-int(row[at])), *row[at + 1 :]] for row in turned[1:]]
+    header = [line for line in (folder / "m1.csv").read_text().splitlines() if line.startswith("#")]
+    (tmp_path / "back.csv").write_text("\n".join([*header, *map(",".join, [turned[0], *back])]) + "\n")
+    code, out, _ = run(capsys, "check", tmp_path / "back.csv", folder / "bad.csv", folder / "m1.csv", "--json")
+    first, second = map(json.loads, out.strip().splitlines())
+    assert code == 1 and (first["recording"], second["recording"]) == ("back.csv", "m1.csv")
+    assert first["rows"] == rows and second["notes"] == [] and len(first["notes"]) == 1
+    assert second["volts_V"] == [min(v.min() for v, _ in segments), max(v.max() for v, _ in segments)]
+
+
 def test_one_bad_file_does_not_stop_the_others(capsys, folder):
     code, out, err = run(capsys, "identify", folder / "bad.csv", folder / "m2.csv", "--json")
     assert code == 1 and json.loads(out)["recording"] == "m2.csv"

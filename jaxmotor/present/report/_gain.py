@@ -109,7 +109,7 @@ def _title(found: FoundEffect, parameter: str) -> str:
 def gain_section(story: Story) -> Content:
     """The verdict, scores of both motors, each held-out segment, and closed loops."""
     diagnosis = story.diagnosis
-    verdict = element("strong", diagnosis.verdict, id="verdict")
+    verdict = element("strong", diagnosis.outcome, id="verdict")
     content: list[Content] = [
         paragraph("Verdict: ", verdict, f". The scores are of {scored(diagnosis)}."),
         _scores(diagnosis),
