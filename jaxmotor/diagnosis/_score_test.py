@@ -14,7 +14,7 @@ import numpy as np
 from jaxmotor.diagnosis._evidence import begin_of
 from jaxmotor.diagnosis._free import motor_at, together, with_each, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
-from jaxmotor.diagnosis._shared_program import shared_level
+from jaxmotor.diagnosis._shared_program import shared_names
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import AbstractEffect, Rig, SpeedWindow, parameters
@@ -87,10 +87,10 @@ def columns_beside(
 ) -> tuple[EffectColumns, ...]:
     """Of those of `effects` that share the program of `base`: what they change beside all that `base` has. A motor that
     is held at rest, or that a load drives, shows little of what they do to one without."""
-    level = shared_level(base.motor) if solver.is_short else None
-    if level is None:
+    names = shared_names(base.motor, solver.sharing)
+    if names is None:
         return ()
-    simple = [one for one in effects if one.program_level is not None and one.program_level <= level]
+    simple = [one for one in effects if one.name in names]
     starts = [one.starts(rig) for one in simple if not one.sought_last and one.name not in base.names]
     of = side_by_side(lambda own: _effect_columns(solver, base.motor, base.speeds, base.residual, own), starts)
     return tuple(one for its in of for one in its)

@@ -5,6 +5,7 @@ A neutral effect changes nothing and, where its law is simple, costs little.
 """
 
 import functools
+from typing import Literal
 
 import equinox as eqx
 import jax
@@ -12,40 +13,48 @@ import numpy as np
 
 from jaxmotor.diagnosis._free import is_wide
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import BUILT_IN, OF_LOG, AbstractEffect, SpeedWindow
+from jaxmotor.motor.effects import BUILT_IN, LEARNED, OF_LOG, AbstractEffect, SpeedWindow
+
+Sharing = Literal["nothing", "simple", "most"]
+"""Which effects motors have in common in the programs of one log: none, in long ones; those of a `program_level`; or,
+where the log is short and one sequence, also those that are `cheap_alone`, and all learned curves once there is one."""
 
 
-def as_shared(motors: Motor, window_s: float | None = None) -> Motor:
-    """`motors`, whose leaves are (k,), with all effects up to the highest `program_level` of its own, in one order; and
-    where speeds are means over `window_s`, with that as if it were sought.
-
-    Without effects but the log's it stays as it is: a linear motor needs no steps. So does one with a contact, whose
-    steps are many.
-    """
-    own = {effect.name: effect for effect in motors.effects}
-    level = shared_level(motors)
-    if level is None:
+def as_shared(motors: Motor, sharing: Sharing, window_s: float | None = None) -> Motor:
+    """`motors`, whose leaves are (k,), with all effects that share a program with its own, in one order; and where
+    speeds are means over `window_s`, with that as if it were sought."""
+    names = shared_names(motors, sharing)
+    if names is None:
         return motors
+    own = {effect.name: effect for effect in motors.effects}
     number = len(np.asarray(motors.linear.gain))
     window = [] if window_s is None else [SpeedWindow.of(length_s=window_s)]
-    every = _neutral(level, number) | {one.name: _repeated(one, number) for one in window} | own
+    every = _neutral(names, number) | {one.name: _repeated(one, number) for one in window} | own
     return eqx.tree_at(lambda motor: motor.effects, motors, tuple(every[name] for name in sorted(every)))
 
 
-def shared_level(motor: Motor) -> int | None:
-    """Effects of up to this `program_level` are in the program of `motor`, neutral where it lacks them; None where it
-    has one of its own."""
-    levels = [effect.program_level for effect in motor.effects if not isinstance(effect, OF_LOG)]
-    if not levels or is_wide(motor.effects):
+def shared_names(motor: Motor, sharing: Sharing) -> frozenset[str] | None:
+    """The effects in the program of `motor`, neutral where it lacks them: those up to the highest `program_level` of
+    its own. None where it has a program of its own.
+
+    Without effects but the log's that is so: a linear motor needs no steps. So it is with a contact, whose steps are
+    many, where no more than `simple` effects are shared.
+    """
+    own = [effect for effect in motor.effects if not isinstance(effect, OF_LOG)]
+    if not own or sharing == "nothing" or (is_wide(motor.effects) and sharing == "simple"):
         return None
-    return max((level for level in levels if level is not None), default=0)
+    level = max((effect.program_level for effect in own if effect.program_level is not None), default=0)
+    names = {one.name for one in BUILT_IN.values() if one.program_level is not None and one.program_level <= level}
+    if sharing == "most":
+        names |= {one.name for one in BUILT_IN.values() if one.cheap_alone}
+        names |= LEARNED.keys() if any(effect.name in LEARNED for effect in own) else set()
+    return frozenset(names)
 
 
 @functools.lru_cache(256)
-def _neutral(level: int, number: int) -> dict[str, AbstractEffect]:
-    """The effects that programs of this level have; leaves are (`number`,), in numpy."""
-    shared = [one for one in BUILT_IN.values() if one.program_level is not None and one.program_level <= level]
-    return {one.name: _repeated(one.neutral(), number) for one in shared}
+def _neutral(names: frozenset[str], number: int) -> dict[str, AbstractEffect]:
+    """The effects of these names; leaves are (`number`,), in numpy."""
+    return {name: _repeated(BUILT_IN[name].neutral(), number) for name in names}
 
 
 def _repeated(effect: AbstractEffect, number: int) -> AbstractEffect:

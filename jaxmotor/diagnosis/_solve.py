@@ -30,7 +30,7 @@ from jaxmotor.diagnosis._free import (
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residuals import residuals_program
-from jaxmotor.diagnosis._shared_program import as_shared
+from jaxmotor.diagnosis._shared_program import Sharing, as_shared
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import Rig
@@ -51,6 +51,9 @@ ROUGH = 0.01
 SHORT = 200_000
 """Steps in all rows of a log up to which motors share programs: in longer ones the neutral effects take, over the some
 fifty times that a motor is simulated in its fit, as long as it takes to compile a program without them."""
+SHORT_ALONE = 4_000
+"""The same of a log that is one sequence, up to which they share more: there they take a third longer, which over all
+fits of a diagnosis is a quarter of what compiling takes that is saved."""
 WIDTH = 8
 """Motors that a program simulates side by side; more are several calls, of which as many run as there are cores."""
 SHARES, SHORTER = 0.5 ** np.arange(8), np.geomspace(1e-3, 1e5, 8)
@@ -129,7 +132,10 @@ class Solver:
         self.pieces = trial.problem.pieces + 1
         self.free_pieces = bool(np.any(batch.free))
         self.scale = 1 / math.sqrt(trial.variance)
-        self.is_short = int(trial.used) * int(trial.steps) * len(trial.valid) <= SHORT
+        steps = int(trial.used) * int(trial.steps) * len(trial.valid)
+        self.is_short = steps <= SHORT
+        alone = len(trial.valid) == 1 and steps <= SHORT_ALONE
+        self.sharing: Sharing = "most" if alone else "simple" if self.is_short else "nothing"
         self.window_s = float(trial.problem.window) if trial.problem.kind == "window" else None
         """Over which speeds are means, where they are [s]; one that is sought is the motor's."""
         self.starts = first_speeds(trial)
@@ -159,7 +165,7 @@ class Solver:
             return np.take(each.reshape(len(each), -1), self.places, axis=1) * self.scale
 
     def _shared(self, motors: Motor) -> Motor:
-        return as_shared(motors, self.window_s) if self.is_short else motors
+        return as_shared(motors, self.sharing, self.window_s)
 
     def _program(self, leaves: list[np.ndarray], tree: Any) -> dict[str, Any]:
         """Of motors and initial speeds whose `leaves` have at most `WIDTH` rows, the last of which is repeated."""

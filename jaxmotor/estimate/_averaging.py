@@ -72,7 +72,7 @@ def averaged(
     `noise` is that of a speed while nothing is known of the average. Of the motor `also_held` are not fitted. None also
     where more than noise is left: friction may have been taken for an average.
     """
-    packed = without_transients(recording, pack(recording, fitted, rest_before=True, few_shapes=True, noise=noise))
+    packed = packed_for_average(recording, fitted, noise)
     search = _Search(recording, packed, psi, seed, also_held)
     chosen = search.chosen()
     if chosen is not None and "window" in chosen.of_log:
@@ -87,6 +87,20 @@ def averaged(
     estimate = _only(chosen)
     assessment = assess(recording, search.packed, *estimate, chosen.of_log, search.alike, also_held)
     return search.packed, estimate, assessment
+
+
+def offset_alone(recording: Recording, packed: Packed, psi: np.ndarray, seed: int) -> Estimate | None:
+    """The fit from the motor `psi` (3,) with a timing offset of instantaneous speeds; None where it does not settle.
+
+    By the program that `averaged` has compiled: the average of the speeds is held at none.
+    """
+    found = _Search(recording, packed, psi, seed, ()).offset()
+    return None if found is None else _only(found)
+
+
+def packed_for_average(recording: Recording, fitted: tuple[int, ...], noise: Noise) -> Packed:
+    """The segments `fitted`, packed for a fit with the average of their speeds, in this `noise`."""
+    return without_transients(recording, pack(recording, fitted, rest_before=True, few_shapes=True, noise=noise))
 
 
 class _Search:
@@ -130,12 +144,16 @@ class _Search:
         yield self.fit((), self.start)
         timed = self.recording.duty_delay_s is None
         if timed:
-            yield self.fit(("offset",), np.append(self.start[:-1], FIRST_OFFSET))
+            yield self.offset()
         for way in ("window", "filter"):
             own = self._best(way)
             yield own
             if timed and own is not None:
                 yield self.fit((way, "offset"), self._shorter(own))
+
+    def offset(self) -> Candidate | None:
+        """Of instantaneous speeds."""
+        return self.fit(("offset",), np.append(self.start[:-1], FIRST_OFFSET))
 
     def _best(self, way: str) -> Candidate | None:
         """Of all starts, of which the rest are left out once two came to the same end."""

@@ -19,7 +19,7 @@ from jaxmotor.estimate._assess import (
     is_quiet,
     leaves_something,
 )
-from jaxmotor.estimate._averaging import averaged
+from jaxmotor.estimate._averaging import OF_LOG, averaged, offset_alone, packed_for_average
 from jaxmotor.estimate._compiled import evaluate_program, response_program, start_program, trajectory_program
 from jaxmotor.estimate._electrical import electrical_share
 from jaxmotor.estimate._estimate import Estimate, fit_whole
@@ -34,7 +34,7 @@ from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor import FirstOrder
-from jaxmotor.prediction import Packed, Problem, as_angles, as_problem, coarse_stamps, holding, pack, without_transients
+from jaxmotor.prediction import Packed, Problem, as_angles, as_problem, coarse_stamps, holding, pack
 from jaxmotor.recording import Recording, Which, check, chosen_segments, recording_of
 
 METHODS = Literal["exact", "paper"]
@@ -102,7 +102,7 @@ def identify(
     if method == "paper":
         return _paper(recording, packed, problem, fitted, notes, about)
     needs_more_than_one_frequency(recording, fitted)
-    compile_ahead(trajectory_program, problem, to_jax(np.zeros(3)), to_jax(np.uint32(seed)))
+    _compile_ahead(recording, fitted, packed)
     response, sines = _response(recording, fitted, notes)
     psi = sines.psi if sines is not None and sines.solved else _data_start(problem)
     if model == "second":
@@ -223,6 +223,18 @@ def _data_start(problem: Problem) -> np.ndarray:
     return np.asarray(start_program(problem, to_jax(pole_range(problem.batch)))["psi"])
 
 
+def _compile_ahead(recording: Recording, fitted: tuple[int, ...], packed: Packed) -> None:
+    """The programs of the fit, while its start is sought: of nearly every log of speeds it asks for their average."""
+    problem, seed = as_problem(packed), to_jax(np.uint32(0))
+    compile_ahead(trajectory_program, problem, to_jax(np.zeros(3)), seed)
+    if _is_unstated(recording):
+        unheld = np.zeros(3 + len(OF_LOG), bool)
+        other = as_problem(packed_for_average(recording, fitted, packed.observation.noise), True, unheld)
+        compile_ahead(trajectory_program, other, to_jax(np.zeros(len(unheld))), seed)
+    if _is_one_voltage(packed):
+        compile_ahead(trajectory_program, holding(problem, HELD_OFFSET), to_jax(np.zeros(3)), seed)
+
+
 Whole = tuple[Packed, Estimate, Assessment]
 
 
@@ -269,7 +281,7 @@ def _fit_of(
 
     **Raises:** `JaxmotorError` where it does not settle.
     """
-    unstated = recording.measured == "speed" and recording.speed_window_s is None
+    unstated = _is_unstated(recording)
     noise = packed.observation.noise
     held = () if offset else HELD_OFFSET
     try:
@@ -287,6 +299,11 @@ def _fit_of(
     return timed or (packed, plain, assess(recording, packed, *plain, held=held))
 
 
+def _is_unstated(recording: Recording) -> bool:
+    """The header does not say over how long speeds were averaged."""
+    return recording.measured == "speed" and recording.speed_window_s is None
+
+
 def _timed(recording: Recording, fitted: tuple[int, ...], packed: Packed, untimed: Estimate, seed: int) -> Whole | None:
     """The fit with the log's timing offset, where its header does not state the timing and an offset explains the log.
 
@@ -294,12 +311,17 @@ def _timed(recording: Recording, fitted: tuple[int, ...], packed: Packed, untime
     """
     if recording.duty_delay_s is not None or float(untimed.errors.evidence) <= EVIDENCE:
         return None
-    packed = pack(recording, fitted, rest_before=True, few_shapes=True, noise=packed.observation.noise)
-    packed = without_transients(recording, packed)
-    start = np.append(np.asarray(untimed.solution.psi), FIRST_OFFSET_ROWS)
+    packed = packed_for_average(recording, fitted, packed.observation.noise)
+    psi = np.asarray(untimed.solution.psi)
     try:
-        timed = fit_whole(recording, as_problem(packed, timed=True), start, seed)
+        if _is_unstated(recording):
+            timed = offset_alone(recording, packed, psi, seed)
+        else:
+            start = np.append(psi, FIRST_OFFSET_ROWS)
+            timed = fit_whole(recording, as_problem(packed, timed=True), start, seed)
     except JaxmotorError:
+        return None
+    if timed is None:
         return None
     explained = float(timed.errors.evidence) <= EVIDENCE
     explained &= is_quiet(packed, timed.errors) or not packed.observation.floor_known

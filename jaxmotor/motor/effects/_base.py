@@ -115,6 +115,8 @@ class AbstractEffect(eqx.Module):
     program_level: ClassVar[int | None] = None
     """Motors whose effects have levels up to one share a compiled program, in which those that they lack are neutral:
     level 0 costs next to nothing there, level 1 a little. None: its programs are its own."""
+    cheap_alone: ClassVar[bool] = False
+    """It costs next to nothing, too, where a log is one sequence: then all such motors share their program with it."""
     difference: ClassVar[float] = 1e-3
     """Over which fits difference its parameters: relative where they are positive, else of their scale."""
 

@@ -292,6 +292,7 @@ class CurrentLimit(AbstractDriveEffect, AbstractWindingEffect):
     name: ClassVar[str] = "current_limit"
     family: ClassVar[str] = "drive"
     always_tried: ClassVar[bool] = True
+    cheap_alone: ClassVar[bool] = True
     says: ClassVar[str] = "the driver gives no more current than {volts_V} would drive through the winding at rest"
     advice: ClassVar[str] = (
         "Raise the driver's current limit if motor and driver stand it; else accelerate more gently."

@@ -129,6 +129,7 @@ class Cogging(AbstractMotionEffect, AbstractTorqueEffect):
 
     name: ClassVar[str] = "cogging"
     family: ClassVar[str] = "angle"
+    cheap_alone: ClassVar[bool] = True
     says: ClassVar[str] = "a torque locked to the shaft's angle takes up to {volts_V}, {cycles_per_rev} times per turn"
     says_once: ClassVar[str] = (
         "gravity on an arm, or something unbalanced: a torque of one cycle in a turn takes up to {volts_V}"
@@ -191,6 +192,7 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
 
     name: ClassVar[str] = "winding_heating"
     family: ClassVar[str] = "drive"
+    cheap_alone: ClassVar[bool] = True
     says: ClassVar[str] = (
         "heat raises the winding's resistance: in the end by {rise_ratio} if held still at full supply, "
         "within {time_constant_s}"

@@ -96,6 +96,7 @@ class EncoderEccentricity(AbstractSensorEffect, AbstractAngleSensorEffect):
 
     name: ClassVar[str] = "encoder_eccentricity"
     family: ClassVar[str] = "angle"
+    cheap_alone: ClassVar[bool] = True
     says: ClassVar[str] = "the encoder misreads the angle by up to {amplitude_rad}, {cycles_per_rev} times per turn"
     advice: ClassVar[str] = "Centre the encoder's disc or magnet, or correct the reading by angle."
     amplitude_rad: Scalar = parameter("rad", "amplitude", neutral=0.0, start=0.03, scale=0.02)
