@@ -24,6 +24,7 @@ from jaxmotor.diagnosis._window import (
     average_of,
     beside_window,
     does_as_well,
+    is_average,
     is_stated,
     is_window,
     window_beside,
@@ -155,15 +156,17 @@ def _average(searched: _Searched, fit: Fit, linear: Fitted) -> SpeedAverage | No
     `linear` one leaves."""
     fitted = searched.found.fitted
     takes_up = searched.found.named or (_window_of(fit) is None and fitted.chi2 < HALF * linear.chi2)
-    return average_of(searched.study, fitted) if takes_up and is_window(searched.study, fitted) else None
+    if not takes_up or not is_average(searched.study, fitted) or not is_window(searched.study, fitted):
+        return None
+    return average_of(searched.study, fitted)
 
 
 def _in_place_of(found: Found, windowed: _Searched) -> SpeedAverage | None:
     """The window of `windowed`, if it does as well as what is late in the motor of `found`."""
-    fitted = windowed.found.fitted
-    alone = SpeedWindow.name in fitted.names and not _is_late(windowed.found)
-    alone = alone and does_as_well(windowed.study, fitted, found.fitted.motor)
-    return average_of(windowed.study, fitted) if alone else None
+    study, fitted = windowed.study, windowed.found.fitted
+    alone = SpeedWindow.name in fitted.names and not _is_late(windowed.found) and is_average(study, fitted)
+    alone = alone and does_as_well(study, fitted, found.fitted.motor)
+    return average_of(study, fitted) if alone else None
 
 
 def _window_of(fit: Fit) -> SpeedAverage | None:

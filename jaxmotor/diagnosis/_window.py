@@ -24,7 +24,7 @@ from jaxmotor.diagnosis._solve import DAMPING, Fitted, Solver, square_of
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._visited import FAR
-from jaxmotor.estimate import UNSURE, SpeedAverage
+from jaxmotor.estimate import LONGEST_AVERAGE_ROWS, UNSURE, SpeedAverage
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import (
     ElectricalPole,
@@ -83,6 +83,11 @@ def is_window(study: Study, found: Fitted) -> bool:
     bar = FAR * found.chi2
     fits = [study.solver.fit(other, found.speeds, COARSE, bar=bar) for other in others]
     return _cost(study, found) < min(_cost(study, one) for one in fits)
+
+
+def is_average(study: Study, found: Fitted) -> bool:
+    """The window that `found` has is no longer than speeds are averaged over: a longer one is the motor's."""
+    return window_s(found) < LONGEST_AVERAGE_ROWS * float(np.median(study.packed.durations))
 
 
 def does_as_well(study: Study, windowed: Fitted, late: Motor) -> bool:

@@ -3,6 +3,7 @@
 from jaxmotor.estimate._assess import Assessment as Assessment
 from jaxmotor.estimate._assess import assess as assess
 from jaxmotor.estimate._assess import student_t as student_t
+from jaxmotor.estimate._averaging import LONGEST_AVERAGE_ROWS as LONGEST_AVERAGE_ROWS
 from jaxmotor.estimate._compiled import response_program as response_program
 from jaxmotor.estimate._compiled import start_program as start_program
 from jaxmotor.estimate._compiled import trajectory_program as trajectory_program

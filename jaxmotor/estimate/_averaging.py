@@ -33,7 +33,7 @@ FIRST_OFFSET = -0.25
 """Timing offset from which it is sought [rows]."""
 NONE_ROWS = 1e-3
 """Length of a window that is none."""
-MOST_ROWS = 40.0
+LONGEST_AVERAGE_ROWS = 40.0
 """Length of a window or a filter that is no average but the motor."""
 ALIKE = 6.0
 """Difference of the criterion up to which two candidates do as well."""
@@ -123,7 +123,7 @@ class _Search:
             return None
         found = Candidate(of_log, estimate)
         sizes = np.array([np.exp(found.psi[3]) / self.packed.durations[0], np.exp(found.psi[4]), abs(found.psi[5])])
-        plausible = sizes < (MOST_ROWS, MOST_ROWS, 1.0)
+        plausible = sizes < (LONGEST_AVERAGE_ROWS, LONGEST_AVERAGE_ROWS, 1.0)
         # A filter behind a motor does not ring.
         plausible[0] &= found.psi[2] + found.psi[3] < np.log(0.25)
         return found if (plausible | held[3:]).all() else None

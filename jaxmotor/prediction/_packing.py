@@ -115,7 +115,7 @@ class Padding(NamedTuple):
     """The fewest; more come by factors of two."""
 
 
-PADDED = Padding(16, (512, 2048), 64)
+PADDED = Padding(16, (512, 2048, 8192), 64)
 SHORT_BATCHES, SHORT_ROWS, SHORT_PIECES = (1, 4, 16), (512, 1024, 2048), 64
 """Sizes of short recordings for programs that compute all rows: they do so in less time than to compile one takes."""
 

@@ -57,6 +57,32 @@ def test_beside_friction_the_average_is_the_logs_and_no_lag_of_the_motor():
     assert not any("it is not known over how long" in note for note in found.notes)
 
 
+def ramp(seed, friction_V=2.0):
+    """3 V/s for 4 s on a motor with friction whose speed ripples as it turns: instantaneous speeds every 1 ms."""
+    rng = np.random.default_rng(seed)
+    time = 1e-3 * np.arange(4000)
+    speed, ripple, shown = 0.0, 0.0, []
+    for volts in 3 * time:
+        shown.append(max(speed + (ripple if speed > 1 else 0.0), 0.0))
+        moves = speed > 0 or volts > friction_V
+        speed = max(speed + 1e-3 * 20 * (20 * (volts - friction_V) - speed), 0.0) if moves else 0.0
+        ripple = 0.95 * ripple + 2.5 * rng.normal()
+    tick = np.arange(len(time))
+    segment = Segment("ramp", 0.0, True, {}, time, 3 * time, tick=tick, speed_rad_s=np.array(shown))
+    return Recording((segment,), "ramp", 1e-3, speed_window_s=None, supply_V=12.0, duty_delay_s=None)
+
+
+@pytest.mark.parametrize("seed", [2, 4])
+def test_no_average_and_no_current_is_so_slow_that_it_hides_friction(seed):
+    """On a ramp readings that are late by a second look like friction, but for the rest before the shaft turns."""
+    found = diagnose(ramp(seed))
+    assert found.average is None
+    [friction] = found.effects
+    assert friction.effect.family == "friction" and friction.is_told and friction.of_family > 0.9
+    assert friction.parameters["volts_V"] == pytest.approx(2.0, rel=0.15)
+    assert float(found.motor.linear.gain) == pytest.approx(20, rel=0.07)
+
+
 @pytest.mark.usefixtures("x64")
 def test_a_window_is_found_again_beside_the_delay_that_makes_up_for_what_it_lacked():
     log = averaged(noisy_log(4, 0.0), 5)

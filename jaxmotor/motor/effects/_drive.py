@@ -54,6 +54,9 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
         return self.delay_s
 
 
+SLOWEST_CURRENT_S = 0.1
+"""L/R of a motor at most: hobby motors have a few tenths of a millisecond to a few milliseconds, machines of hundreds
+of kilowatts up to a tenth of a second."""
 FASTEST_PER_S = 1 / 60
 """Of a supply that drifts by itself [1/s]: what drives a motor for a recording is not empty in a minute."""
 
@@ -330,6 +333,9 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         del rig
         return tuple(cls.of(time_constant_s=value) for value in (1.5e-3, 4e-3))
+
+    def possible(self, rig: Rig) -> bool:
+        return super().possible(rig) and float(self.time_constant_s) < SLOWEST_CURRENT_S
 
     def lag(self) -> Scalar:
         return self.time_constant_s
