@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor.diagnosis._evidence import begin_of
-from jaxmotor.diagnosis._free import motor_at, together, with_each, with_effect, without_effect
+from jaxmotor.diagnosis._free import is_wide, motor_at, together, with_each, with_effect, without_effect
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._shared_program import shared_names
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
@@ -85,12 +85,13 @@ def effect_columns(
 def columns_beside(
     solver: Solver, base: Fitted, rig: Rig, effects: Sequence[type[AbstractEffect]]
 ) -> tuple[EffectColumns, ...]:
-    """Of those of `effects` that share the program of `base`: what they change beside all that `base` has. A motor that
-    is held at rest, or that a load drives, shows little of what they do to one without."""
-    names = shared_names(base.motor, solver.sharing)
+    """Of those of `effects` that have a `program_level` and share the program of `base`: what they change beside all
+    that `base` has. A motor that is held at rest, or that a load drives, shows little of what they do to one without.
+    """
+    names = None if is_wide(base.template.effects) else shared_names(base.motor, solver.sharing)
     if names is None:
         return ()
-    simple = [one for one in effects if one.name in names]
+    simple = [one for one in effects if one.name in names and one.program_level is not None]
     starts = [one.starts(rig) for one in simple if not one.sought_last and one.name not in base.names]
     of = side_by_side(lambda own: _effect_columns(solver, base.motor, base.speeds, base.residual, own), starts)
     return tuple(one for its in of for one in its)
