@@ -224,7 +224,7 @@ def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -
     trial, motor = solver.trial, motor_with(names)
     free = free_of(motor)
     alone, speeds = together([motor] * WIDTH), np.zeros((WIDTH, solver.pieces))
-    motors = as_shared(alone, "simple")
+    motors = as_shared(alone, solver.sharing)
     seconds = compiling(motors, speeds, trial)
     loop, filtered = in_c(folder, names, trial)
     functions = {

@@ -80,14 +80,15 @@ def program(function: Callable[..., Arrays], *, brief: bool = False) -> Callable
     return call
 
 
-def compile_ahead(called: Callable[..., Arrays], *arguments: Any) -> None:
-    """Compile the `program` for arrays like `arguments` in a thread of its own, while something else is computed."""
+def compile_ahead(called: Callable[..., Arrays], arguments: Callable[[], tuple[Any, ...]]) -> None:
+    """Compile the `program` for arrays like those that `arguments` gives, in a thread of its own, while something else
+    is computed."""
 
     def ready() -> None:
         with contextlib.suppress(Exception):  # whoever calls the program will see it
-            in_float64(called.ready)(*arguments)  # pyright: ignore[reportFunctionMemberAccess]
+            called.ready(*arguments())  # pyright: ignore[reportFunctionMemberAccess]
 
-    threading.Thread(target=ready).start()
+    threading.Thread(target=in_float64(ready)).start()
 
 
 class _Recent:

@@ -9,6 +9,8 @@ LONGEST = 300
 """Characters of a sentence."""
 LISTED = 120
 """Characters of a list of names within it."""
+LINE = 110
+"""Characters of a line on the terminal."""
 _CUT = " ... "
 
 

@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from jaxmotor._sentences import printable
+from jaxmotor._sentences import LINE, printable
 from jaxmotor.cli._recordings import for_each
 
 if TYPE_CHECKING:
     from jaxmotor.recording import Recording
-
-WIDTH = 110
 
 
 def check_command(
@@ -29,7 +27,9 @@ def _checked(path: Path, json: bool) -> str:
     from jaxmotor.recording import check, read
 
     recording = read(path)
-    held, notes = _held(recording), check(recording)
+    # First: a recording that it refuses may have nothing to tell.
+    notes = check(recording)
+    held = _held(recording)
     if json:
         return json_module.dumps({"format": 1, "recording": path.name, **held, "notes": notes})
     told = [_wrapped(f"{path.name}: {_sentence(held)}", "", "  ")]
@@ -38,7 +38,7 @@ def _checked(path: Path, json: bool) -> str:
 
 
 def _wrapped(text: str, first: str, later: str) -> str:
-    return textwrap.fill(printable(text), WIDTH, initial_indent=first, subsequent_indent=later, break_on_hyphens=False)
+    return textwrap.fill(printable(text), LINE, initial_indent=first, subsequent_indent=later, break_on_hyphens=False)
 
 
 def _held(recording: "Recording") -> dict[str, Any]:

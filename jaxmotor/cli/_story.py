@@ -5,6 +5,7 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
+from jaxmotor._sentences import LINE
 from jaxmotor.diagnosis import BeforeAfter, Diagnosis, FoundEffect
 from jaxmotor.estimate import STAMPS
 from jaxmotor.recording import NO_WINDOW
@@ -28,7 +29,7 @@ from jaxmotor.text import (
 )
 from jaxmotor.validation import Interval
 
-WIDTH, INDENT = 110, 17
+INDENT = 17
 MOST = 3
 """Looks, and experiments, that are told."""
 MOST_LOOPS = 2
@@ -37,7 +38,7 @@ MOST_LOOPS = 2
 def diagnosis_text(diagnosis: Diagnosis, written: Sequence[Path] = ()) -> str:
     """What `jaxmotor diagnose` prints of one recording; `written` are the files made of it, in one folder."""
     parts = [
-        *textwrap.wrap(f"{printable(diagnosis.recording)}: {diagnosis.outcome}", WIDTH),
+        *textwrap.wrap(f"{printable(diagnosis.recording)}: {diagnosis.outcome}", LINE),
         *_part("what is wrong", _wrong(diagnosis)),
         *_part("why", _why(diagnosis)),
         *_part("how sure", _sure(diagnosis)),
@@ -54,7 +55,7 @@ def _part(title: str, sentences: list[str]) -> list[str]:
     rows = [
         row
         for text in sentences
-        for row in textwrap.wrap(text, WIDTH - INDENT, subsequent_indent="  ", break_on_hyphens=False)
+        for row in textwrap.wrap(text, LINE - INDENT, subsequent_indent="  ", break_on_hyphens=False)
     ]
     return [f"  {title if number == 0 else '':<{INDENT - 2}}{row}" for number, row in enumerate(rows)]
 

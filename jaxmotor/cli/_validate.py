@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from jaxmotor._sentences import LINE
 from jaxmotor.cli._recordings import opened
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
 MOST_SEGMENTS = 20
 """Segments of which the open-loop scores are printed one by one."""
-WIDTH = 110
 
 
 def validate_command(
@@ -71,7 +71,7 @@ def _effects(model: Model) -> list[str]:
 
     errors = {effect.name: error for effect, error in zip(model.effects, model.effect_errors, strict=False)}
     laws = [f"with {effect.name}: {law(effect, errors.get(effect.name, {}))}" for effect in model.effects]
-    return [row for text in laws for row in textwrap.wrap(text, WIDTH, initial_indent="  ", subsequent_indent="    ")]
+    return [row for text in laws for row in textwrap.wrap(text, LINE, initial_indent="  ", subsequent_indent="    ")]
 
 
 def _segments(validation: Validation) -> list[str]:

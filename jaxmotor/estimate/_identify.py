@@ -1,6 +1,7 @@
 """From a recording to a motor: the steps in their order, each written elsewhere."""
 
 import os
+from collections.abc import Callable
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -102,7 +103,7 @@ def identify(
     if method == "paper":
         return _paper(recording, packed, problem, fitted, notes, about)
     needs_more_than_one_frequency(recording, fitted)
-    _compile_ahead(recording, fitted, packed)
+    _compile_ahead(recording, fitted, packed, model)
     response, sines = _response(recording, fitted, notes)
     psi = sines.psi if sines is not None and sines.solved else _data_start(problem)
     if model == "second":
@@ -223,16 +224,21 @@ def _data_start(problem: Problem) -> np.ndarray:
     return np.asarray(start_program(problem, to_jax(pole_range(problem.batch)))["psi"])
 
 
-def _compile_ahead(recording: Recording, fitted: tuple[int, ...], packed: Packed) -> None:
+def _compile_ahead(recording: Recording, fitted: tuple[int, ...], packed: Packed, model: ORDERS) -> None:
     """The programs of the fit, while its start is sought: of nearly every log of speeds it asks for their average."""
-    problem, seed = as_problem(packed), to_jax(np.uint32(0))
-    compile_ahead(trajectory_program, problem, to_jax(np.zeros(3)), seed)
-    if _is_unstated(recording):
-        unheld = np.zeros(3 + len(OF_LOG), bool)
-        other = as_problem(packed_for_average(recording, fitted, packed.observation.noise), True, unheld)
-        compile_ahead(trajectory_program, other, to_jax(np.zeros(len(unheld))), seed)
-    if _is_one_voltage(packed):
-        compile_ahead(trajectory_program, holding(problem, HELD_OFFSET), to_jax(np.zeros(3)), seed)
+
+    def fit(problem: Callable[[], Problem], size: int) -> None:
+        compile_ahead(trajectory_program, lambda: (problem(), to_jax(np.zeros(size)), to_jax(np.uint32(0))))
+
+    def with_average() -> Problem:
+        own = packed_for_average(recording, fitted, packed.observation.noise)
+        return as_problem(own, True, np.zeros(3 + len(OF_LOG), bool))
+
+    fit(lambda: as_problem(packed), 3)
+    if model == "first" and _is_unstated(recording):
+        fit(with_average, 3 + len(OF_LOG))
+    if model == "first" and _is_one_voltage(packed):
+        fit(lambda: holding(as_problem(packed), HELD_OFFSET), 3)
 
 
 Whole = tuple[Packed, Estimate, Assessment]
@@ -312,15 +318,7 @@ def _timed(recording: Recording, fitted: tuple[int, ...], packed: Packed, untime
     if recording.duty_delay_s is not None or float(untimed.errors.evidence) <= EVIDENCE:
         return None
     packed = packed_for_average(recording, fitted, packed.observation.noise)
-    psi = np.asarray(untimed.solution.psi)
-    try:
-        if _is_unstated(recording):
-            timed = offset_alone(recording, packed, psi, seed)
-        else:
-            start = np.append(psi, FIRST_OFFSET_ROWS)
-            timed = fit_whole(recording, as_problem(packed, timed=True), start, seed)
-    except JaxmotorError:
-        return None
+    timed = _with_offset(recording, packed, np.asarray(untimed.solution.psi), seed)
     if timed is None:
         return None
     explained = float(timed.errors.evidence) <= EVIDENCE
@@ -329,6 +327,16 @@ def _timed(recording: Recording, fitted: tuple[int, ...], packed: Packed, untime
         return None
     assessment = assess(recording, packed, *timed, ("offset",))
     return (packed, timed, assessment) if assessment.timing is not None and assessment.timing.shows else None
+
+
+def _with_offset(recording: Recording, packed: Packed, psi: np.ndarray, seed: int) -> Estimate | None:
+    """The fit from ψ (3,) with a timing offset; None where it does not settle."""
+    if _is_unstated(recording):
+        return offset_alone(recording, packed, psi, seed)
+    try:
+        return fit_whole(recording, as_problem(packed, timed=True), np.append(psi, FIRST_OFFSET_ROWS), seed)
+    except JaxmotorError:
+        return None
 
 
 def _second_order(recording: Recording, problem: Problem, first: Estimate, seed: int, notes: list[str]) -> Estimate:

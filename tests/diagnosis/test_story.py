@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from diagnosed import of
 
+from jaxmotor._sentences import LINE
 from jaxmotor.bench import load_plan
 from jaxmotor.cli import main
-from jaxmotor.cli._story import WIDTH, diagnosis_text
+from jaxmotor.cli._story import diagnosis_text
 from jaxmotor.diagnosis import Alternative, FoundEffect, extended_model
 from jaxmotor.diagnosis._experiment import experiment
 from jaxmotor.diagnosis._study import study_of
@@ -92,7 +93,7 @@ def test_an_unknown_error_leaves_the_value():
 def test_the_story_is_short(name, tmp_path):
     made, found = of(name)
     lines = diagnosis_text(found, write_diagnosis(found, made, tmp_path)).splitlines()
-    assert max(map(len, lines)) <= WIDTH == 110 and len(lines) <= MOST_LINES
+    assert max(map(len, lines)) <= LINE == 110 and len(lines) <= MOST_LINES
     assert lines[0] == f"made.csv: {found.verdict}" and not any(line != line.rstrip() for line in lines)
 
 
@@ -122,7 +123,7 @@ def test_a_fit_of_speeds_that_do_not_change_is_not_told_as_a_number():
 def test_no_line_is_too_long_whatever_is_found(name):
     others = [other for other in ("stiction", "winding_heating", "shaft_compliance") if other != name][:2]
     lines = diagnosis_text(with_effects(name, *others)).splitlines()
-    assert max(map(len, lines)) <= WIDTH
+    assert max(map(len, lines)) <= LINE
 
 
 def test_the_story_names_the_cause_and_what_it_is_worth():
@@ -174,7 +175,7 @@ def test_a_name_does_not_steer_the_terminal():
     strange = dataclasses.replace(found, fit=dataclasses.replace(found.fit, source=f"folder/{STRANGE}"))
     text = diagnosis_text(strange)
     assert "\\x1b[31m" in text and "\\ud800" in text and all(char.isprintable() for char in text.replace("\n", ""))
-    assert max(map(len, text.splitlines())) <= WIDTH
+    assert max(map(len, text.splitlines())) <= LINE
 
 
 def test_files_are_the_figures_the_model_and_the_plans(tmp_path):

@@ -335,6 +335,7 @@ class ElectricalPole(AbstractDriveEffect, AbstractLagEffect):
         return tuple(cls.of(time_constant_s=value) for value in (1.5e-3, 4e-3))
 
     def possible(self, rig: Rig) -> bool:
+        """A lag as slow as no winding's is another one's."""
         return super().possible(rig) and float(self.time_constant_s) < SLOWEST_CURRENT_S
 
     def lag(self) -> Scalar:
