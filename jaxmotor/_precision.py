@@ -1,4 +1,4 @@
-"""Double precision where it is needed, and only there."""
+"""Double precision where it is needed, and only there; on the CPU, which is faster at it than a GPU for one motor."""
 
 import functools
 from collections.abc import Callable
@@ -13,18 +13,31 @@ T = TypeVar("T")
 
 
 def in_float64(function: Callable[P, R]) -> Callable[P, R]:
-    """Run `function` with JAX's 64-bit types on, whatever the program around it has set.
+    """Run `function` with JAX's 64-bit types on, and on `device()`, whatever the program around it has set.
 
     Gain and pole are known to a few parts in a million and positions run to millions of counts:
-    single precision would be the largest error. The setting of the caller's program is left as it was.
+    single precision would be the largest error. The settings of the caller's program are left as they were.
     """
 
     @functools.wraps(function)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> R:
-        with jax.enable_x64(True):
+        with jax.enable_x64(True), jax.default_device(device()):
             return function(*args, **kwargs)
 
     return wrapped
+
+
+@functools.cache
+def device() -> jax.Device:
+    """Where the package computes: on the CPU, also where there is a GPU, unless `JAX_PLATFORMS` leaves the CPU out.
+
+    A recording is simulated row after row, with little to do in each: a GPU takes six times as long for a diagnosis
+    (`benchmarks/devices.py`). What a caller puts into a program of its own runs where JAX puts that program.
+    """
+    try:
+        return jax.local_devices(backend="cpu")[0]
+    except RuntimeError:
+        return jax.local_devices()[0]
 
 
 def to_numpy(tree: T) -> T:

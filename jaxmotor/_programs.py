@@ -26,7 +26,7 @@ from jax.core import Tracer
 from jax.experimental import serialize_executable
 
 from jaxmotor._cache import store, stored
-from jaxmotor._precision import in_float64
+from jaxmotor._precision import device, in_float64
 
 Arrays = dict[str, jax.Array]
 Call = Callable[[list[Any]], Arrays]
@@ -56,7 +56,7 @@ def program(function: Callable[..., Arrays], *, brief: bool = False) -> Callable
         static = tuple(None if _is_array(leaf) else leaf for leaf in every)
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
         # Compared as it is, not printed: printing a large tree takes longer than running its program.
-        about = (function, folder, tree, static, shapes, jnp.result_type(float), jax.default_backend())
+        about = (function, folder, tree, static, shapes, jnp.result_type(float))
 
         def made() -> Call:
             def flat(leaves: list[Any]) -> Arrays:
@@ -142,7 +142,8 @@ def _compiled(path: Path, flat: Call, leaves: list[Any], brief: bool) -> Call:
 
 
 def _lowered(flat: Call, leaves: list[Any]) -> jax.stages.Lowered:
-    return jax.jit(flat, keep_unused=True).lower(leaves)
+    with jax.default_device(device()):
+        return jax.jit(flat, keep_unused=True).lower(leaves)
 
 
 def _loaded(path: Path, leaves: list[Any]) -> Call | None:
@@ -156,9 +157,7 @@ def _loaded(path: Path, leaves: list[Any]) -> Call | None:
         _register_lapack()
     given, results = jax.tree.structure(((leaves,), {})), jax.tree.structure(dict.fromkeys(about["names"], 0))
     try:
-        return serialize_executable.deserialize_and_load(
-            code, given, results, execution_devices=jax.local_devices()[:1]
-        )
+        return serialize_executable.deserialize_and_load(code, given, results, execution_devices=[device()])
     except Exception:  # whatever stands in the way, compiling again is the answer
         return None
 
@@ -176,7 +175,7 @@ def _quickly(brief: bool = False) -> dict[str, Any]:
     `brief` programs get none of LLVM's passes: compiled in two fifths of the time, they run two to four times as long.
     XLA refuses options that it does not know, so only versions that were tried are asked.
     """
-    tried = jax.default_backend() == "cpu" and jax.__version_info__[:2] <= (0, 10)
+    tried = device().platform == "cpu" and jax.__version_info__[:2] <= (0, 10)
     options = {
         "xla_cpu_use_fusion_emitters": False,
         "xla_backend_optimization_level": 0 if brief else 1,
@@ -205,12 +204,7 @@ def _machine() -> str:
     """What the machine code is for: the kind of processor with all that it can do, or of accelerator; and how it is
     compiled."""
     flags = os.environ.get("XLA_FLAGS", "")
-    about = [
-        platform.machine(),
-        flags,
-        jax.default_backend(),
-        *(device.device_kind for device in jax.local_devices()[:1]),
-    ]
+    about = [platform.machine(), flags, device().platform, device().device_kind]
     with contextlib.suppress(OSError):
         lines = Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
         about += [line for line in lines if line.startswith(("flags", "Features"))][:1]

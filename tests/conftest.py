@@ -25,6 +25,8 @@ if jax.__version_info__[:2] <= (0, 10):
     FLAGS += QUICKLY
 os.environ["XLA_FLAGS"] = " ".join(dict.fromkeys(FLAGS))
 
+# Workers would each take most of a GPU's memory; what tests compute outside the package would go there.
+jax.config.update("jax_platforms", os.environ.setdefault("JAX_PLATFORMS", "cpu"))
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
 

@@ -53,6 +53,8 @@ def build() -> typer.Typer:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns 0 done, 1 bad input (a sentence), 2 wrong usage, 3 a defect of ours, 130 interrupted."""
+    # JAX would take most of a GPU's memory that no command uses (`_precision.device`).
+    os.environ.setdefault("JAX_PLATFORMS", "cpu")
     try:
         build()(args=arguments, prog_name="jaxmotor")
     except SystemExit as end:

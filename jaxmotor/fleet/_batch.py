@@ -1,8 +1,8 @@
 """Many motors in one compiled program: sine fit, response fit, trajectory fit and their errors, as `identify` does.
 
-On a CPU the program takes the motors one after the other. A motor's sequences already fill the vector units, and side
-by side every motor would wait for the slowest fit while the arrays outgrow the cache: 16 at once took 1.6 times as long
-each, 64 four times. On other devices they go side by side.
+The program takes the motors one after the other. A motor's sequences already fill the vector units, and side by side
+every motor would wait for the slowest fit while the arrays outgrow the cache: 16 at once took 1.6 times as long each,
+64 four times.
 """
 
 from collections.abc import Callable
@@ -66,9 +66,7 @@ def identify_batch(motors: list[Ready], seed: int = 0) -> list[Identified | Jaxm
 def start_batch(motors: list[Ready], seed: int = 0) -> Started:
     """`identify_batch` begun: the program runs, and this thread is free meanwhile."""
     cases = stack([motor.case for motor in motors], BATCH)
-    side_by_side = jax.default_backend() != "cpu"
-    found = batch_program(*to_jax((cases, np.int32(len(motors)), np.uint32(seed))), side_by_side)
-    return Started(motors, found)
+    return Started(motors, batch_program(*to_jax((cases, np.int32(len(motors)), np.uint32(seed)))))
 
 
 def results_of(started: Started) -> list[Identified | JaxmotorError]:
@@ -81,15 +79,13 @@ def results_of(started: Started) -> list[Identified | JaxmotorError]:
 
 
 @program
-def batch_program(cases: Case, count: Int[Array, ""], seed: Array, side_by_side: bool) -> Arrays:
+def batch_program(cases: Case, count: Int[Array, ""], seed: Array) -> Arrays:
     """What the programs of `identify` return, for the first `count` motors of `cases` (motor, ...)."""
-    return in_turn(lambda case: _one(case, seed), cases, count, side_by_side)
+    return in_turn(lambda case: _one(case, seed), cases, count)
 
 
-def in_turn(one: Callable[[Any], Arrays], arrays: Any, count: Int[Array, ""], side_by_side: bool) -> Arrays:
-    """`one` of each of the first `count` motors in `arrays`; zeros for the rest, or what padding gives."""
-    if side_by_side:
-        return jax.vmap(one)(arrays)
+def in_turn(one: Callable[[Any], Arrays], arrays: Any, count: Int[Array, ""]) -> Arrays:
+    """`one` of each of the first `count` motors in `arrays`; zeros for the rest."""
     size = jax.tree.leaves(arrays)[0].shape[0]
     shapes = jax.eval_shape(one, jax.tree.map(lambda leaf: leaf[0], arrays))
     empty = jax.tree.map(lambda leaf: jnp.zeros((size, *leaf.shape), leaf.dtype), shapes)

@@ -70,7 +70,7 @@ def fit_friction(motors: list[Ready], found: list[Identified]) -> list[FrictionF
         return [None for _ in motors]
     given = [(motor.case, _start(one)) for motor, one in zip(motors, found, strict=True)]
     cases, starts = to_jax(stack(given, BATCH))
-    results = friction_program(cases, starts, to_jax(np.int32(len(motors))), jax.default_backend() != "cpu")
+    results = friction_program(cases, starts, to_jax(np.int32(len(motors))))
     numbers = {name: np.asarray(value) for name, value in results.items()}
     return [
         _friction_fit(numbers["psi"][k], numbers["error"][k], float(numbers["chi2"][k])) for k in range(len(motors))
@@ -92,9 +92,9 @@ def _friction_fit(psi: np.ndarray, error: np.ndarray, chi2: float) -> FrictionFi
 
 
 @program
-def friction_program(cases: Case, starts: _Start, count: Int[Array, ""], side_by_side: bool) -> Arrays:
+def friction_program(cases: Case, starts: _Start, count: Int[Array, ""]) -> Arrays:
     """`psi`, its standard errors and chi2 of the first `count` motors of `cases`, from `starts` (motor, ...)."""
-    return in_turn(lambda own: _one(own[0].problem, own[1]), (cases, starts), count, side_by_side)
+    return in_turn(lambda own: _one(own[0].problem, own[1]), (cases, starts), count)
 
 
 class _State(NamedTuple):

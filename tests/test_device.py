@@ -1,0 +1,48 @@
+"""Where the package computes, on a machine where JAX has more than one place."""
+
+import os
+import subprocess
+import sys
+
+ELSEWHERE = """
+import jax, jax.numpy as jnp, numpy as np
+jax.config.update("jax_default_device", jax.devices()[1])
+import jaxmotor as jm
+from jaxmotor._precision import device, in_float64
+from jaxmotor._programs import program
+from jaxmotor.recording import bundled
+
+@program
+def twice(number):
+    return {"twice": 2 * number}
+
+@in_float64
+def own():
+    return jnp.ones(3), twice(jnp.ones(3))["twice"]
+
+assert device() == jax.devices()[0]
+assert all(one.devices() == {device()} and one.dtype == jnp.float64 for one in own())
+given = jax.device_put(np.ones(3), jax.devices()[1])
+assert jnp.ones(3).devices() == given.devices() == {jax.devices()[1]}, "the caller's own go where they went"
+print(jm.identify(bundled("paper")).motor.gain)
+"""
+
+
+def printed(program: str, environment: dict[str, str]) -> str:
+    return subprocess.run(
+        [sys.executable, "-c", program], check=True, env=environment, stdout=subprocess.PIPE, text=True
+    ).stdout
+
+
+def test_computes_on_the_first_cpu_and_leaves_the_callers_arrays_where_they_go():
+    flags = f"{os.environ['XLA_FLAGS']} --xla_force_host_platform_device_count=2"
+    own = os.environ | {"XLA_FLAGS": flags, "JAXMOTOR_CACHE": ""}
+    assert abs(float(printed(ELSEWHERE, own)) / 10.02091043 - 1) < 1e-8
+
+
+def test_commands_leave_a_gpu_alone_unless_told():
+    command = "import os; from jaxmotor.cli import main; main(['--version']); print(os.environ['JAX_PLATFORMS'])"
+    own = {name: value for name, value in os.environ.items() if name != "JAX_PLATFORMS"}
+    for told, expected in ((None, "cpu"), ("cuda,cpu", "cuda,cpu")):
+        environment = own if told is None else own | {"JAX_PLATFORMS": told}
+        assert printed(command, environment).splitlines()[-1] == expected
