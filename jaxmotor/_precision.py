@@ -28,7 +28,7 @@ def in_float64(function: Callable[P, R]) -> Callable[P, R]:
 
 
 @functools.cache
-def device() -> jax.Device:
+def device() -> Any:
     """Where the package computes: on the CPU, also where there is a GPU, unless `JAX_PLATFORMS` leaves the CPU out.
 
     A recording is simulated row after row, with little to do in each: a GPU takes six times as long for a diagnosis
