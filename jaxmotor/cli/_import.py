@@ -18,7 +18,7 @@ def import_command(
     output: Annotated[Path, typer.Option("-o", "--output", help="Recording to write.")],
     time: Annotated[str | None, typer.Option(metavar="COL[:s|ms|us|ns]", help="Time stamps.")] = None,
     input: Annotated[str | None, typer.Option(metavar="COL:V|mV|duty:FULL|percent", help="What was applied.")] = None,
-    speed: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad/s, deg/s, rev/s, rpm, m/s, ...")] = None,
+    speed: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad/s, rpm, m/s, ...; 3.92rad/s.")] = None,
     angle: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad, deg, rev, counts, m, ...")] = None,
     count: Annotated[str | None, typer.Option(metavar="COL", help="Running encoder counter.")] = None,
     pulses: Annotated[str | None, typer.Option(metavar="COL", help="Counts since the row before.")] = None,
@@ -27,6 +27,9 @@ def import_command(
     ] = None,
     segment: Annotated[
         str | None, typer.Option(metavar="COL", help="Each change begins a segment; of the time, each start anew.")
+    ] = None,
+    gap: Annotated[
+        float | None, typer.Option(metavar="S", help="More than that between two rows begins a segment, too.")
     ] = None,
     supply: Annotated[float | None, typer.Option(metavar="V", help="Supply, for duty and percent.")] = None,
     supply_column: Annotated[
@@ -74,6 +77,7 @@ def import_command(
         "pulses": pulses,
         "wrap": _wrap(wrap),
         "segment": segment,
+        "gap_s": gap,
         "supply": supply_column,
         "supply_V": supply,
         "supply_unknown": supply_unknown or None,

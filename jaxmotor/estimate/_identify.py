@@ -258,7 +258,7 @@ def _first_order(recording: Recording, fitted: tuple[int, ...], packed: Packed, 
             ends.append(refused)
         if _gain_is_known(ends[-1]):
             break
-    found = next((end for end in (ends[-1], *ends) if not isinstance(end, JaxmotorError)), ends[0])
+    found = next((end for end in (ends[-1], *ends) if not isinstance(end, JaxmotorError)), ends[-1])
     if isinstance(found, JaxmotorError):
         raise found
     return found

@@ -33,6 +33,9 @@ NO_WINDOW = (
     "it is not known over how long each speed was averaged; state speed_window_s (jaxmotor import: --speed-window; 0 "
     "for an instantaneous one), or a delay will be seen that the motor does not have"
 )
+LONG, FEW = 20.0, 0.02
+"""A gap between rows over the usual time between them; and the share of rows up to which there are such gaps: with more
+it is a way to log."""
 PERIODIC = ("sine", "multisine", "chirp")
 
 
@@ -52,6 +55,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_saturation(recording),
         *warn_repetition(recording),
         *warn_lost_ticks(recording),
+        *warn_gaps(recording),
         *warn_overlap(recording),
         *warn_sign(recording),
         *warn_early(recording),
@@ -153,6 +157,24 @@ def warn_lost_ticks(recording: Recording) -> list[str]:
         return []
     total = sum(lost.values()) + sum(len(recording.segments[index]) for index in lost)
     return [f"{_segments(list(lost))}: lost {sum(lost.values())} of {total} ticks; the gaps are left as gaps"]
+
+
+def warn_gaps(recording: Recording) -> list[str]:
+    """A few times between uneven rows that are far longer than the others."""
+    gaps: list[float] = []
+    for segment in recording.segments:
+        if segment.tick is None and len(segment) > 1:
+            steps = np.diff(segment.time_s)
+            long = steps[steps > LONG * np.median(steps)]
+            gaps += long.tolist() if len(long) < FEW * len(steps) else []
+    if not gaps:
+        return []
+    least, most = min(gaps), max(gaps)
+    many = f"a gap of {least:.3g} s" if len(gaps) == 1 else f"{len(gaps)} gaps of {least:.3g} to {most:.3g} s"
+    return [
+        f"{many} between rows: the input is taken to have stayed meanwhile, and the clock to be right; where that is "
+        f"doubtful, let segments begin there (jaxmotor import: --gap {0.5 * least:.1g})"
+    ]
 
 
 def warn_overlap(recording: Recording) -> list[str]:

@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -46,6 +47,7 @@ def import_log(
     pulses: str | None = None,
     wrap: int | Literal["turn"] | None = None,
     segment: str | None = None,
+    gap_s: float | int | None = None,
     supply: str | None = None,
     supply_V: float | int | None = None,
     supply_unknown: bool = False,
@@ -70,13 +72,14 @@ def import_log(
     then the column is scaled so that it begins at `supply_V`. Where it is `supply_unknown`, 1 V stands for it.
 
     Even time stamps become ticks, uneven ones stay time. Each change of the column `segment` begins a new segment; its
-    value is kept as the parameter `label`; where that is the column of the time, one begins wherever time runs back. A
-    segment is taken to start at rest only where the log shows it: at least its first two rows have zero input, and
-    throughout these rows the shaft does not move. `input_acts` says whether a row's input is applied from that row on,
-    or was until it: then it is moved to the row before, and of the last row the input is not known and taken to stay. A
-    row whose input or shaft is missing (empty or `nan`) is a gap: a skipped tick where time stamps are even, else the
-    next row begins a new segment. Rows that only repeat a reading while the shaft moves on are left out (`_repeats`);
-    the header then says how often a new one comes.
+    value is kept as the parameter `label`; where that is the column of the time, one begins wherever time runs back. So
+    it does after more than `gap_s` [s] between two rows: what was applied meanwhile is not known. A segment is taken to
+    start at rest only where the log shows it: at least its first two rows have zero input, and throughout these rows
+    the shaft does not move. `input_acts` says whether a row's input is applied from that row on, or was until it: then
+    it is moved to the row before, and of the last row the input is not known and taken to stay. A row whose input or
+    shaft is missing (empty or `nan`) is a gap: a skipped tick where time stamps are even, else the next row begins a
+    new segment. Rows that only repeat a reading while the shaft moves on are left out (`_repeats`); the header then
+    says how often a new one comes.
 
     `speed_window_s` says over how long each speed is a mean; `speed_pulses_per_rev` that each is from the time between
     the last two pulses of a sensor, so many per turn of the output shaft.
@@ -99,6 +102,9 @@ def import_log(
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
     period_s, pulses_per_rev = _period(period_s), positive(speed_pulses_per_rev, "--speed-pulses")
+    gap_s = positive(gap_s, "--gap")
+    if gap_s is not None and time is None:
+        raise RecordingError("--gap is between two time stamps; name their column (--time)")
     if pulses_per_rev is not None and (speed is None or speed_window_s is not None):
         raise RecordingError("--speed-pulses is of a --speed, and says over how long it is; leave --speed-window out")
     if supply_unknown and (supply_V is not None or supply is not None):
@@ -107,7 +113,10 @@ def import_log(
     names = list(table.cells)
     with about_log(table.source):
         clock, unit_s = ("", 1.0) if time is None else split_time(time, names)
-        table, bounds, labels = _segments(table, segment, drop_first, clock)
+        gaps = np.zeros(len(table), bool)
+        if gap_s is not None:
+            gaps[1:] = np.diff(table.since_first(clock) * unit_s) > gap_s
+        table, bounds, labels = _segments(table, segment, drop_first, clock, gaps)
         stamps = np.arange(len(table)) * (period_s or 1.0), 0.0
         if time is not None:
             stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
@@ -119,7 +128,8 @@ def import_log(
             table, bounds, stamps, stated_input, shaft, scale, nominal_V, measured, input_acts == "before"
         )
     missing = len(table) - len(log.stamps[0])
-    imported = _how(Path(table.source), input_acts, stated, period_s) | ({"missing_rows": missing} if missing else {})
+    imported = _how(Path(table.source), input_acts, stated, period_s, gap_s)
+    imported |= {"missing_rows": missing} if missing else {}
     recording = assemble(
         log,
         bounds,
@@ -188,10 +198,13 @@ def _nominal(stated: Input, measured: np.ndarray | None, supply_V: float | None,
     return supply_V if supply_V is not None or measured is None else float(measured[np.isfinite(measured)][0])
 
 
-def _how(path: Path, input_acts: str, stated: dict[str, str | None], period_s: float | None) -> dict[str, Any]:
+def _how(
+    path: Path, input_acts: str, stated: dict[str, str | None], period_s: float | None, gap_s: float | None
+) -> dict[str, Any]:
     """The log and how it was read, for the header: only what was stated."""
-    acts = {} if input_acts == "after" else {"input_acts": input_acts}
+    acts: dict[str, Any] = {} if input_acts == "after" else {"input_acts": input_acts}
     acts |= {} if period_s is None else {"period_s": period_s}
+    acts |= {} if gap_s is None else {"gap_s": gap_s}
     return {"log": path.name} | acts | {key: value for key, value in stated.items() if value is not None}
 
 
@@ -294,24 +307,19 @@ def input_of(
     return duty / full * supply_V, duty, full
 
 
-def _segments(table: Table, segment: str | None, drop: int, clock: str) -> tuple[Table, np.ndarray, list[str | None]]:
+def _segments(
+    table: Table, segment: str | None, drop: int, clock: str, gaps: np.ndarray
+) -> tuple[Table, np.ndarray, list[str | None]]:
     """The table, (segments + 1,) rows at which segments begin, and the end; the label of each. In the column `clock`
-    the time runs back where one begins.
+    the time runs back where one begins; so it does at rows with `gaps` before them.
 
     Of all segments but the first, whose first rows were not even read, `drop` rows are left out.
     """
-    if segment is None:
-        return table, np.array([0, len(table)]), [None]
-    if segment not in table.cells:
-        raise RecordingError(f"there is no column {segment!r}; the columns are {', '.join(map(repr, table.cells))}")
-    if segment == clock:
-        back = np.diff(table.numbers(clock), prepend=-np.inf) < 0
-        labels = [str(number) for number in np.cumsum(back).tolist()]
-    else:
-        labels = [label.strip() for label in table.cells[segment]]
-    starts = [0, *(row for row in range(1, len(table)) if labels[row] != labels[row - 1])]
+    labels = _labels(table, segment, clock)
+    starts = [0, *(row for row in range(1, len(table)) if gaps[row] or labels[row] != labels[row - 1])]
     if len(starts) > MAX_LABELS:
-        raise RecordingError(f"{segment!r} changes {len(starts)} times; it is no segment column, or split the log")
+        many = "--gap" if gaps.any() else repr(segment)
+        raise RecordingError(f"{many} begins {len(starts)} segments; it is no segment column, or split the log")
     bounds = np.array([*starts, len(table)])
     kept = np.ones(len(table), bool)
     for start, stop in itertools.pairwise(bounds[1:].tolist()):
@@ -321,6 +329,18 @@ def _segments(table: Table, segment: str | None, drop: int, clock: str) -> tuple
             )
         kept[start : start + drop] = False
     return table.only(kept), np.concatenate([[0], np.cumsum(kept)])[bounds], [labels[row] for row in starts]
+
+
+def _labels(table: Table, segment: str | None, clock: str) -> Sequence[str | None]:
+    """Of the segment of each row."""
+    if segment is None:
+        return [None] * len(table)
+    if segment not in table.cells:
+        raise RecordingError(f"there is no column {segment!r}; the columns are {', '.join(map(repr, table.cells))}")
+    if segment == clock:
+        back = np.diff(table.numbers(clock), prepend=-np.inf) < 0
+        return [str(number) for number in np.cumsum(back).tolist()]
+    return [label.strip() for label in table.cells[segment]]
 
 
 def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str | None) -> None:
@@ -333,4 +353,5 @@ def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str
         what = "stands still" if step[row - 1] == 0 else "runs backwards"
         apart = f"the column that tells the experiments apart (--segment; {clock!r} if each starts its own clock)"
         hint = "" if clock is None else f", or name {apart}"
+        hint = ", or leave a stale first row out (--drop-first 1)" if row == 1 else hint
         raise table.fault(row, f"the time {what} at {time_s[row]:g} s; correct or delete the row{hint}")

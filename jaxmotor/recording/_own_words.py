@@ -17,6 +17,7 @@ ARGUMENTS = {
     "speed-pulses": "speed_pulses_per_rev",
     "wheel-radius": "wheel_radius_m",
     "period": "period_s",
+    "gap": "gap_s",
     "steady": "hold_s",
 }
 """Arguments by the option that gives them, where they differ by more than their hyphens."""

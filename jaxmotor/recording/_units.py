@@ -10,6 +10,7 @@ from jaxmotor.recording._recording import RecordingError
 
 TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLES = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}
+VOLTS = {"V": 1.0, "mV": 1e-3}
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 _RATES = {"s": 1.0, "min": 1 / 60}
 SHAFT_UNITS = (*ANGLES, "counts", *LENGTHS)
@@ -31,11 +32,33 @@ def positive(value: float | int | None, flag: str) -> float | None:
     return None if value is None else float(value)
 
 
+_FACTOR = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)?(.*)", re.DOTALL)
+FACTOR = "a number before the unit is what one of the column is, as in 3.92rad/s of a tachogenerator's volt"
+
+
+def split_factor(unit: str) -> tuple[float, str]:
+    """The number before `unit`, 1 where there is none, and the unit alone.
+
+    **Raises:** `RecordingError` where the number is zero or too large.
+    """
+    found = _FACTOR.fullmatch(unit)
+    number, rest = (found[1], found[2].lstrip()) if found and found[1] else ("1", unit)
+    factor = float(number)
+    if not 0 < abs(factor) < math.inf:
+        raise RecordingError(f"the unit {unit!r} begins with {number}: that is what one of the column is, a number")
+    return factor, rest
+
+
 def angle_factor(unit: str, scale: Scale) -> float:
-    """Radians per `unit`.
+    """Radians per `unit`, which may have a number before it.
 
     **Raises:** `RecordingError` for an unknown unit, for counts without counts per turn, for lengths without radius.
     """
+    factor, name = split_factor(unit)
+    return factor * _angle(name, scale)
+
+
+def _angle(unit: str, scale: Scale) -> float:
     if unit in ANGLES:
         return ANGLES[unit]
     if unit == "counts":
@@ -46,19 +69,19 @@ def angle_factor(unit: str, scale: Scale) -> float:
         if scale.wheel_radius_m is None:
             raise RecordingError(f"{unit} is a length; it needs the wheel's radius [m] (--wheel-radius)")
         return LENGTHS[unit] / scale.wheel_radius_m
-    raise RecordingError(f"the angle unit {unit!r} is not known; it is one of {', '.join(SHAFT_UNITS)}")
+    raise RecordingError(f"the angle unit {unit!r} is not known; it is one of {', '.join(SHAFT_UNITS)}; {FACTOR}")
 
 
 def speed_factor(unit: str, scale: Scale) -> float:
-    """Radians per second per `unit`.
+    """Radians per second per `unit`, which may have a number before it.
 
     **Raises:** `RecordingError`, as `angle_factor`.
     """
-    unit = "rev/min" if unit == "rpm" else unit
-    shaft, _, rate = unit.rpartition("/")
+    factor, name = split_factor(unit)
+    shaft, _, rate = ("rev/min" if name == "rpm" else name).rpartition("/")
     if rate not in _RATES or shaft not in SHAFT_UNITS:
-        raise RecordingError(f"the speed unit {unit!r} is not known; it is one of {', '.join(SPEED_UNITS)}")
-    return angle_factor(shaft, scale) * _RATES[rate]
+        raise RecordingError(f"the speed unit {name!r} is not known; it is one of {', '.join(SPEED_UNITS)}; {FACTOR}")
+    return factor * _angle(shaft, scale) * _RATES[rate]
 
 
 def split_time(text: str, columns: list[str]) -> tuple[str, float]:
@@ -107,7 +130,7 @@ _DUTY = re.compile(r"(.*):duty:([^:]*)", re.DOTALL)
 
 
 def split_input(text: str, columns: list[str]) -> Input:
-    """What `COL:V`, `COL:mV`, `COL:duty:FULL` or `COL:percent` says.
+    """What `COL:V`, `COL:mV`, either with a number before the unit, `COL:duty:FULL` or `COL:percent` says.
 
     **Raises:** `RecordingError`.
     """
@@ -117,8 +140,9 @@ def split_input(text: str, columns: list[str]) -> Input:
     name, unit = split_unit(text, columns, "the input")
     if unit == "percent":
         return Input(name, full_scale=100.0)
-    if unit in ("V", "mV"):
-        return Input(name, volts_per_unit={"V": 1.0, "mV": 1e-3}[unit])
+    factor, volts = split_factor(unit)
+    if volts in VOLTS:
+        return Input(name, volts_per_unit=factor * VOLTS[volts])
     raise RecordingError(f"the input unit {unit!r} is not known; it is one of V, mV, duty:FULL, percent")
 
 

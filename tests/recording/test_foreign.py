@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.cli._import import import_command
-from jaxmotor.recording import Recording, RecordingError, import_log, lost_ticks, read, write
+from jaxmotor.recording import Recording, RecordingError, check, import_log, log_unit, lost_ticks, read, write
 from jaxmotor.recording._timing import timing
 
 LOG = """\
@@ -79,6 +79,16 @@ def test_speed_units(imported, unit, factor):
         angle = imported(LOG, angle=f"speed:{unit.split('/')[0]}", counts_per_rev=500, wheel_radius_m=0.05)
         rate = 60 if unit.endswith("min") else 1
         np.testing.assert_allclose(angle.segments[0].angle_rad[-1], 180 * factor * rate, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "unit, factor", [("3.92rad/s", 3.92), ("-1e3rpm", -1e3 * np.pi / 30), (".5deg/s", np.pi / 360)]
+)
+def test_a_number_before_a_unit_is_what_one_of_the_column_is(imported, unit, factor):
+    recording = imported(LOG, speed=f"speed:{unit}", input="u_V:2.4V")
+    np.testing.assert_allclose(recording.segments[0].speed_rad_s, np.array([0, 0, 0, 90, 180]) * factor, rtol=1e-14)
+    np.testing.assert_allclose(recording.segments[0].volts, np.array([0, 0, 3, 3, -3]) * 2.4, rtol=1e-15)
+    assert log_unit(recording).name == unit.lstrip("-+.0123456789e")
 
 
 @pytest.mark.parametrize("unit, factor", [("V", 1), ("mV", 1e-3), ("percent", 0.12), ("duty:4", 3.0)])
@@ -169,6 +179,10 @@ def test_bad_logs(refused, log):
         ({"speed": "speed:rad"}, "'rad' is not known"),
         ({"speed": "speed:rad/h"}, "not known"),
         ({"angle": "speed:rpm"}, "not known"),
+        ({"speed": "speed:V"}, "3.92rad/s of a tachogenerator's volt"),
+        ({"speed": "speed:0rpm"}, "'0rpm' begins with 0"),
+        ({"speed": "speed:1e400rpm"}, "begins with 1e400"),
+        ({"speed": "speed:2krpm"}, "'krpm' is not known"),
         ({"speed": "nothing:rpm"}, "'t_s', 'u_V', 'speed'"),
         ({"speed": "speed:m/s"}, "wheel_radius_m"),
         ({"speed": "speed:counts/s"}, "counts_per_rev"),
@@ -201,6 +215,30 @@ def test_segments(imported):
     assert [part.at_rest for part in recording.segments] == [True, False, True]
     assert [part.tick.tolist() for part in recording.segments] == [[0, 1], [0, 1], [0, 2]]
     assert [lost_ticks(part) for part in recording.segments] == [0, 0, 1]
+
+
+def test_a_stale_first_row_may_be_left_out(imported, refused):
+    log = LOG.replace("0.00,0,0", "1.074,0,0")
+    assert "drop_first 1" in refused(log, speed="speed:rpm")
+    assert len(imported(log, speed="speed:rpm", drop_first=1).segments[0]) == 4
+
+
+GAPPED = "t_s,u_V,speed\n" + "".join(
+    f"{0.01 * row + 2.0 * (row > 59) + 0.0007 * (row % 3)},{3 * (row % 7 > 3)},{row}\n" for row in range(120)
+)
+
+
+def test_after_a_gap_a_segment_may_begin(imported, refused):
+    whole, cut = (imported(GAPPED, speed="speed:rpm", speed_window_s=0.01, gap_s=gap) for gap in (None, 1.0))
+    assert [len(segment) for segment in whole.segments] == [120]
+    assert [len(segment) for segment in cut.segments] == [60, 60]
+    assert cut.segments[1].start_s == pytest.approx(2.6) and cut.header["imported"]["gap_s"] == 1.0
+    assert cut.segments[1].time_s[0] == 0.0
+    [note] = [note for note in check(whole) if "gap of 2.01 s" in note]
+    assert "--gap 1)" in note
+    assert not any("gap" in note for note in check(cut))
+    assert "name their column" in refused(GAPPED, time=None, period_s=0.01, speed="speed:rpm", gap_s=1.0)
+    assert "gap_s is -1" in refused(GAPPED, speed="speed:rpm", gap_s=-1.0)
 
 
 def test_time_may_restart_with_a_segment(imported, refused):
