@@ -43,7 +43,8 @@ RELATIVES = {
 EQUALS = {
     "voltage_offset": {"load_torque"},
     "load_torque": {"voltage_offset"},
-    "coulomb_friction": {"stiction", "bristle_friction"},
+    "coulomb_friction": {"stiction", "bristle_friction", "warming_friction"},
+    "stiction": {"coulomb_friction"},
     "electrical_pole": {"sensor_lag", "transport_delay"},
     "sensor_lag": {"electrical_pole", "transport_delay"},
 }

@@ -9,8 +9,9 @@ import math
 
 import numpy as np
 
+from jaxmotor._balanced import solve_balanced
 from jaxmotor.diagnosis._score_test import without_own
-from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
+from jaxmotor.diagnosis._solve import DAMPING, Fitted, Solver, square_of
 from jaxmotor.prediction._flexible_model import states
 
 LEAST, MOST = 13, 120
@@ -71,8 +72,8 @@ class Waves:
         left, columns = (one[1:] - alike * one[:-1] for one in (left, self.columns))
         pairs = columns.reshape(len(columns), -1, 2)
         along = np.einsum("nkc,n->kc", pairs, left)
-        normal = np.einsum("nkc,nkd->kcd", pairs, pairs) + 1e-12 * np.eye(2)
-        taken = np.einsum("kc,kc->k", along, np.linalg.solve(normal, along[..., None])[..., 0])
+        normal = np.einsum("nkc,nkd->kcd", pairs, pairs)
+        taken = np.einsum("kc,kc->k", along, solve_balanced(normal, along, DAMPING))
         return taken / max(square_of(left), 1e-300)
 
 

@@ -19,6 +19,7 @@ from jaxmotor.motor.effects import (
     OF_LOG,
     AbstractDisturbance,
     AbstractEffect,
+    Rig,
     SensorLag,
     free_size,
     parameters,
@@ -55,6 +56,12 @@ class Layout(NamedTuple):
     """Of the prior; infinite where there is none."""
     ties: np.ndarray | None = None
     """(r, p) rows whose product with the vector is to be zero, weighed; None where there are none."""
+
+
+def is_possible(motor: Motor, rig: Rig) -> bool:
+    """Each of its effects has a size that a motor with its gain can have on `rig`."""
+    own = rig.of(abs(float(motor.linear.gain)))
+    return all(effect.possible(own) for effect in motor.effects)
 
 
 def is_wide(effects: tuple[AbstractEffect, ...]) -> bool:

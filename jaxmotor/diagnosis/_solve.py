@@ -20,6 +20,7 @@ from jaxmotor._precision import to_jax
 from jaxmotor.diagnosis._free import (
     Layout,
     free_of,
+    is_possible,
     is_wide,
     layout_of,
     motor_at,
@@ -257,7 +258,7 @@ class Solver:
         )
 
     def _is_possible(self, motor: Motor, free: np.ndarray) -> bool:
-        return self.rig is None or all(effect.possible(self.rig) for effect in motor_at(motor, free).effects)
+        return self.rig is None or is_possible(motor_at(motor, free), self.rig)
 
     def _at(self, motor: Motor, free: np.ndarray, speeds: np.ndarray, *, shortened: bool = False) -> "_At":
         residual, jacobian, column = self.linearise(motor, free, speeds)

@@ -25,6 +25,11 @@ INFINITE = 1e6
 """Neutral value of a limit [V]: far beyond any motor's."""
 
 
+MOST_DRAG = 9.0
+"""Times what the back-EMF takes at the largest speed, that drag takes there at most: a motor turns a load with a tenth
+of its power at least."""
+
+
 class Rig(NamedTuple):
     """What is known of a recording before any effect is: how large an effect could be in it."""
 
@@ -48,6 +53,18 @@ class Rig(NamedTuple):
     """The log holds an encoder's counts."""
     swing_rad: float = 0.0
     """From the least to the largest measured angle, where that is known throughout; else zero."""
+
+    back_emf_V: float = math.inf
+    """That the back-EMF of the motor takes at the largest speed, where a motor is given."""
+
+    @property
+    def has_sizes(self) -> bool:
+        """Voltages of more than one size were applied."""
+        return len(self.volts_V) > 1
+
+    def of(self, gain_rad_s_V: float) -> "Rig":
+        """With a motor of this gain."""
+        return self._replace(back_emf_V=self.speed_rad_s / gain_rad_s_V if gain_rad_s_V > 0 else math.inf)
 
 
 def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: float, spread: float = math.inf) -> Any:

@@ -104,7 +104,11 @@ class DeadZone(AbstractDriveEffect, AbstractSourceEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        return tuple(cls.of(volts_V=share * rig.supply_V) for share in (0.02, 0.05, 0.1))
+        return tuple(cls.of(volts_V=share * rig.supply_V) for share in (0.02, 0.05, 0.1)) if rig.has_sizes else ()
+
+    def possible(self, rig: Rig) -> bool:
+        """Of voltages of one size it takes the same share as less gain does."""
+        return super().possible(rig) and rig.has_sizes
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
@@ -173,7 +177,12 @@ class VoltageSaturation(AbstractDriveEffect, AbstractSourceEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        return tuple(cls.of(volts_V=share * rig.volts_V[-1]) for share in (0.75, 0.82, 0.88, 0.93, 0.97))
+        shares = (0.75, 0.82, 0.88, 0.93, 0.97) if rig.has_sizes else ()
+        return tuple(cls.of(volts_V=share * max(rig.volts_V)) for share in shares)
+
+    def possible(self, rig: Rig) -> bool:
+        """Voltages of one size may all be cut off, or none."""
+        return super().possible(rig) and rig.has_sizes
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time

@@ -10,6 +10,7 @@ from jaxtyping import Array, Float, Int
 
 from jaxmotor.motor._scan import scan_rows
 from jaxmotor.motor.effects._base import (
+    MOST_DRAG,
     AbstractEffect,
     AbstractFrictionEffect,
     AbstractLoadEffect,
@@ -27,6 +28,10 @@ from jaxmotor.motor.effects._base import (
 )
 from jaxmotor.motor.effects._sine import sine
 
+FASTEST_RISE_PER_S = 1.0
+"""Of a cold winding's resistance across the whole supply, over itself [1/s]. Copper with a current density j that loses
+no heat gains a r j²/c, a its coefficient of temperature (0.0039/K), r its resistivity (1.7e-8 Ωm), c its heat capacity
+(3.4e6 J/m³K): 1/s asks for 230 A/mm² and warms it by 250 K in a second."""
 SLOWEST_Hz, FASTEST_Hz, SPACING = 0.5, 64.0, 1.35
 """At which loads on springs are looked for, and how many times faster each is than the one before."""
 
@@ -117,6 +122,10 @@ class QuadraticDrag(AbstractMotionEffect, AbstractTorqueEffect):
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return (cls.of(volts_V_s2_rad2=0.1 * rig.supply_V / max(rig.speed_rad_s, 1e-3) ** 2),)
+
+    def possible(self, rig: Rig) -> bool:
+        """The back-EMF takes a part of the voltage, too."""
+        return float(self.volts_V_s2_rad2) * rig.speed_rad_s**2 < MOST_DRAG * rig.back_emf_V
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del angle
@@ -216,7 +225,8 @@ class WindingHeating(AbstractMotionEffect, AbstractWindingEffect, AbstractMemory
 
     def possible(self, rig: Rig) -> bool:
         """Copper has 1.4 times the resistance at 120 °C: a motor that would reach six times would not last a run."""
-        return super().possible(rig) and float(self.rise_ratio) < 5
+        heats_up = float(self.rise_ratio) < FASTEST_RISE_PER_S * float(self.time_constant_s)
+        return super().possible(rig) and heats_up and float(self.rise_ratio) < 5
 
     def begin(self, memory: Scalar, speed: Scalar, pause: Scalar) -> Scalar:
         del speed

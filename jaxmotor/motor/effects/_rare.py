@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor.motor.effects._base import (
+    MOST_DRAG,
     AbstractDriveEffect,
     AbstractEffect,
     AbstractFrictionEffect,
@@ -52,7 +53,7 @@ class CubicDrive(AbstractDriveEffect, AbstractSourceEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        return (cls.of(cubic_1_V2=0.1 / rig.supply_V**2),) if len(rig.volts_V) > 1 else ()
+        return (cls.of(cubic_1_V2=0.1 / rig.supply_V**2),) if rig.has_sizes else ()
 
     def possible(self, rig: Rig) -> bool:
         """More command gives more voltage, up to the supply, and at most twice as much as in proportion."""
@@ -112,8 +113,8 @@ class CubicDrag(AbstractMotionEffect, AbstractTorqueEffect):
         return (cls.of(volts_V=0.1 * rig.supply_V * (REFERENCE_rad_s / max(rig.speed_rad_s, 1e-3)) ** 3),)
 
     def possible(self, rig: Rig) -> bool:
-        """It takes no more volts than there are at the largest speed."""
-        return float(self.volts_V) * (rig.speed_rad_s / REFERENCE_rad_s) ** 3 < rig.supply_V
+        """The back-EMF takes a part of the voltage, too."""
+        return float(self.volts_V) * (rig.speed_rad_s / REFERENCE_rad_s) ** 3 < MOST_DRAG * rig.back_emf_V
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del angle

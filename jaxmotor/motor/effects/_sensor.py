@@ -91,6 +91,10 @@ class SensorLag(AbstractSensorEffect, AbstractLagSensorEffect):
         return jnp.where(lags, memory / jnp.where(lags, self.time_constant_s, 1.0), speed)
 
 
+MOST_MISREAD = 0.25
+"""Part of a speed by which an encoder off its centre misreads it at most: what is off by more runs into its reader."""
+
+
 class EncoderEccentricity(AbstractSensorEffect, AbstractAngleSensorEffect):
     """y = θ + A sin(n θ + φ): a disc or magnet off its centre."""
 
@@ -110,6 +114,11 @@ class EncoderEccentricity(AbstractSensorEffect, AbstractAngleSensorEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         waves = [(n, phase) for n in range(1, 9) for phase in (0.0, 0.5 * np.pi)] if rig.turns else []
         return tuple(cls.of(amplitude_rad=0.03, cycles_per_rev=n, phase_rad=phase) for n, phase in waves)
+
+    def possible(self, rig: Rig) -> bool:
+        """Less off its centre than a quarter of its radius: that misreads speeds by a quarter."""
+        misread = abs(float(self.amplitude_rad) * float(self.cycles_per_rev))
+        return super().possible(rig) and misread < MOST_MISREAD
 
     def error(self, angle: Scalar) -> Scalar:
         return self.amplitude_rad * sine(self.cycles_per_rev * angle + self.phase_rad)

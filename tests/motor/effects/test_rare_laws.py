@@ -240,20 +240,25 @@ def test_starts_are_possible_on_rigs_of_any_size(name):
 def test_where_nothing_can_show_it_a_law_is_not_sought():
     assert not EFFECTS["sector_friction"].starts(RIG._replace(turns=False))
     assert not EFFECTS["warming_friction"].starts(RIG._replace(duration_s=2.0))
-    assert not EFFECTS["cubic_drive"].starts(RIG._replace(volts_V=(6.0,)))
+    one_size = RIG._replace(volts_V=(6.0,))
+    assert not EFFECTS["cubic_drive"].starts(one_size)
+    for name in ("dead_zone", "voltage_saturation"):
+        assert not EFFECTS[name].starts(one_size) and not EFFECTS[name].of(volts_V=1.0).possible(one_size)
 
 
 @pytest.mark.parametrize(
     ("name", "sizes"),
     [
         ("cubic_drive", {"cubic_1_V2": -0.02}),
-        ("cubic_drag", {"volts_V": 2.0}),
         ("sector_friction", {"width_rad": 6.0}),
         ("warming_friction", {"time_constant_s": 0.1}),
         ("warming_friction", {"time_constant_s": 400.0}),
         ("warming_friction", {"rise_ratio": 8.0}),
         ("bristle_friction", {"deflection_rad": 3.0}),
         ("dead_time", {"volts_V": 6.5}),
+        ("encoder_eccentricity", {"amplitude_rad": 0.06, "cycles_per_rev": 5.0}),
+        # As fast as a current limit acts.
+        ("winding_heating", {"rise_ratio": 2.0, "time_constant_s": 1e-3}),
         # What the winding's own L/R may be.
         ("transport_delay", {"delay_s": 2e-4}),
         ("sensor_lag", {"time_constant_s": 2e-4}),
@@ -262,6 +267,14 @@ def test_where_nothing_can_show_it_a_law_is_not_sought():
 )
 def test_impossible_sizes_are_no_causes(name, sizes):
     assert not EFFECTS[name].start(**sizes).possible(RIG)
+
+
+@pytest.mark.parametrize(("name", "speed_rad_s"), [("quadratic_drag", 10.0), ("cubic_drag", 50.0)])
+def test_drag_that_leaves_the_back_emf_less_than_a_tenth_is_none(name, speed_rad_s):
+    rig = RIG._replace(speed_rad_s=speed_rad_s)
+    drag = EFFECTS[name].start(**{"volts_V": 2.0} if name == "cubic_drag" else {"volts_V_s2_rad2": 0.02})
+    assert drag.possible(rig) and drag.possible(rig.of(speed_rad_s / 0.25))
+    assert not drag.possible(rig.of(speed_rad_s / 0.2))
 
 
 def test_a_filter_of_the_log_may_be_as_short_as_it_is():
