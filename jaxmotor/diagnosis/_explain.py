@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, LEAST, Explained, Found
-from jaxmotor.diagnosis._free import linear_of
+from jaxmotor.diagnosis._free import is_possible, linear_of
 from jaxmotor.diagnosis._held_out import hold_out
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
@@ -156,7 +156,11 @@ def _average(searched: _Searched, fit: Fit, linear: Fitted) -> SpeedAverage | No
     `linear` one leaves."""
     fitted = searched.found.fitted
     takes_up = searched.found.named or (_window_of(fit) is None and fitted.chi2 < HALF * linear.chi2)
-    if not takes_up or not is_average(searched.study, fitted) or not is_window(searched.study, fitted):
+    if (
+        not takes_up
+        or not is_average(searched.study, fitted)
+        or not is_window(searched.study, fitted, searched.search.visited)
+    ):
         return None
     return average_of(searched.study, fitted)
 
@@ -165,7 +169,7 @@ def _in_place_of(found: Found, windowed: _Searched) -> SpeedAverage | None:
     """The window of `windowed`, if it does as well as what is late in the motor of `found`."""
     study, fitted = windowed.study, windowed.found.fitted
     alone = SpeedWindow.name in fitted.names and not _is_late(windowed.found) and is_average(study, fitted)
-    alone = alone and does_as_well(study, fitted, found.fitted.motor)
+    alone = alone and does_as_well(study, fitted, found.fitted.motor, windowed.search.visited)
     return average_of(study, fitted) if alone else None
 
 
@@ -230,6 +234,8 @@ def _in_own_noise(known: _Searched) -> _Searched:
     linear, fitted = (
         quieter.solver.fit(one.motor, one.speeds, FINE, ties=one.ties) for one in (found.linear, found.fitted)
     )
+    if not is_possible(fitted.motor, known.search.rig):
+        return known
     noise, before = quieter.packed.observation.noise, study.packed.observation.noise
     chi2 = known.fit.chi2_per_sample * (before.level / noise.level) ** 2
     return known._replace(

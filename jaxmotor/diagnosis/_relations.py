@@ -30,8 +30,7 @@ class Relations:
 
     def price(self, name: str) -> float:
         """Of an effect, in logarithms of probability."""
-        effect = self.known[name]
-        return PRICE + MORE * (min(free_size(effect), COUNTED) - 1) + RARE * effect.rarity
+        return price_of(self.known[name])
 
     def simpler(self, name: str) -> tuple[str, ...]:
         """The special cases of an effect."""
@@ -74,6 +73,11 @@ class Relations:
     def is_told(self, name: str, others: Iterable[str]) -> bool:
         """One of `others` is the same law as the effect `name`."""
         return any(is_same(self.known[name], self.known[other]) for other in others)
+
+
+def price_of(effect: Kind) -> float:
+    """In logarithms of probability."""
+    return PRICE + MORE * (min(free_size(effect), COUNTED) - 1) + RARE * effect.rarity
 
 
 def excluded(one: Kind, other: Kind) -> bool:

@@ -14,7 +14,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._cycles import Repeats
 from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, LEAST, NEARLY, STAYS, Explained, Found, Named
-from jaxmotor.diagnosis._free import is_wide, turned_about, with_effect, without_effect
+from jaxmotor.diagnosis._free import is_possible, is_wide, turned_about, with_effect, without_effect
 from jaxmotor.diagnosis._level import is_as_likely, ties_of
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
@@ -32,7 +32,7 @@ from jaxmotor.diagnosis._score_test import (
     effect_columns,
 )
 from jaxmotor.diagnosis._solve import Fitted, Solver
-from jaxmotor.diagnosis._visited import FAR, Names, Visited
+from jaxmotor.diagnosis._visited import EQUAL, FAR, Names, Visited
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import (
     LEARNED,
@@ -61,8 +61,6 @@ GROWS, HOPELESS = 0.3, 0.02
 promise beside a motor that leaves but the known noise; and that each must have to be extended."""
 SEEN = 1e-3
 """Part of the best model's weight that one must have had to be fitted anew in a recording that has changed a little."""
-EQUAL = 0.1
-"""Part of a model's weight from which another one is not told from it."""
 SHARE = 0.5
 """Part of the mean square beside the known noise that an effect must take up where that is so little that it may be
 what laws are off by."""
@@ -436,8 +434,10 @@ class Search:
         return found
 
     def _refined(self, fitted: Fitted) -> Fitted:
-        fitted = self._level(fitted)
-        return polished(self.solver, fitted, COARSE) if is_wide(fitted.template.effects) else fitted
+        """`fitted` to the end, if that is a motor that the rig can have."""
+        found = self._level(fitted)
+        found = polished(self.solver, found, COARSE) if is_wide(found.template.effects) else found
+        return found if is_possible(found.motor, self.rig) else fitted
 
     def _level(self, fitted: Fitted) -> Fitted:
         """`fitted` to the end; its curve over the speed without what others do as well, where that is so."""

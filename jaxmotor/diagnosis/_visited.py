@@ -7,13 +7,16 @@ import numpy as np
 
 from jaxmotor.diagnosis._evidence import Evidence, beyond_noise, beyond_others, evidence, groups_of, means, weights
 from jaxmotor.diagnosis._found import COARSE, EXPLAINED, NONE
-from jaxmotor.diagnosis._relations import Relations
+from jaxmotor.diagnosis._free import is_possible
+from jaxmotor.diagnosis._relations import Relations, price_of
 from jaxmotor.diagnosis._score_test import Candidate
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import LEARNED, AbstractLearnedEffect, Rig, penalty
 
 FAR = 2.0
 """chi2 per sample, over the best one's, above which a law is no alternative."""
+EQUAL = 0.1
+"""Part of a model's weight from which another one is not told from it."""
 Names = frozenset[str]
 
 
@@ -41,10 +44,9 @@ class Visited:
     def keep(self, found: list[Fitted]) -> None:
         """Those of `found` that the rig can have and that are better than what was known."""
         for one in found:
-            finite = math.isfinite(one.chi2) and np.isfinite(one.jacobian).all()
             known = self.fitted.get(frozenset(one.names))
-            better = finite and (known is None or one.chi2 < (1 - COARSE) * known.chi2)
-            if better and all(effect.possible(self.rig) for effect in one.motor.effects):
+            better = _is_finite(one) and (known is None or one.chi2 < (1 - COARSE) * known.chi2)
+            if better and is_possible(one.motor, self.rig):
                 self._add(one)
 
     def _add(self, one: Fitted) -> None:
@@ -96,6 +98,17 @@ class Visited:
         with_it, without = weights([longer, shorter], [self.relations.price(start.effect.name), 0.0])
         return float(with_it / without)
 
+    def odds(self, one: Fitted, others: Sequence[Fitted]) -> float:
+        """Weight of `one` over that of all `others`, none of which is kept."""
+        fits = [one, *(fit for fit in others if _is_finite(fit))]
+        if len(fits) == 1 or not _is_finite(one):
+            return math.inf if _is_finite(one) else 0.0
+        judged = [self._judged(fit.residual, fit.jacobian, fit.layout.spread) for fit in fits]
+        effects = [[type(effect) for effect in fit.motor.effects if effect.name not in self.own] for fit in fits]
+        prices = [sum(map(price_of, own), 0.0) for own in effects]
+        weight = weights(judged, prices)
+        return float(weight[0] / max(weight[1:].sum(), 1e-300))
+
     def best(self) -> Fitted:
         """The most probable one; laws with two names in the place of a curve if both together are."""
         weight = self.weights()
@@ -137,6 +150,10 @@ class Visited:
         """Those with one effect more than `base`."""
         names = frozenset(base.names)
         return [one for own, one in self.fitted.items() if names < own and len(own) == len(names) + 1]
+
+
+def _is_finite(one: Fitted) -> bool:
+    return math.isfinite(one.chi2) and bool(np.isfinite(one.jacobian).all())
 
 
 def falling(shares: dict[str, float]) -> dict[str, float]:

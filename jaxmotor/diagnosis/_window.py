@@ -2,12 +2,14 @@
 
 `identify` finds that beside a linear motor, if that explains the rest. Where it does not, the window W is one more
 number of every motor that is tried (`SpeedWindow`), so that no effect is taken for it, nor it for an effect. It is the
-log's if the motor that was found, with it, has a lesser
+log's if blocks of rows that are left out do not prefer the motor without it, nor that with a delay and a lag in its
+place, to the motor that was found, with it. What shows in few blocks only counts where it takes up `LEAST` of what is
+left, and has a lesser
 
     n' ln S + k ln n'
 
-than without it, and than with a delay and a lag in its place: S is the mean square of the residual, k the number of
-parameters, n' the rows over those that one independent reading takes (`Noise.rows_per_reading`).
+with S the mean square of the residual, k the number of parameters, n' the rows over those that one independent reading
+takes (`Noise.rows_per_reading`).
 """
 
 import dataclasses
@@ -17,13 +19,13 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._balanced import solve_balanced
-from jaxmotor.diagnosis._found import COARSE
+from jaxmotor.diagnosis._found import COARSE, LEAST
 from jaxmotor.diagnosis._free import OWN, with_effect, without_effect
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import DAMPING, Fitted, Solver, square_of
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._trial import rig_of
-from jaxmotor.diagnosis._visited import FAR
+from jaxmotor.diagnosis._visited import EQUAL, FAR, Visited
 from jaxmotor.estimate import LONGEST_AVERAGE_ROWS, UNSURE, SpeedAverage
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import (
@@ -39,8 +41,6 @@ LONGEST_ROWS = 20
 """Rows after the begin of a piece in motion that do not count: windows may begin before it."""
 KEPT = 2 / 3
 """Part of a piece that counts at least."""
-ALIKE = 6.0
-"""Difference of the criterion up to which a window does as well as an effect."""
 LAG = "lag"
 """The family of effects that a window may be mistaken for."""
 
@@ -72,8 +72,9 @@ def window_beside(
     return better, abs(better.length_s - known.length_s) > better.standard_error_s
 
 
-def is_window(study: Study, found: Fitted) -> bool:
-    """The readings of `study` are means over the window that `found` has: nothing in its place explains them."""
+def is_window(study: Study, found: Fitted, visited: Visited) -> bool:
+    """The readings of `study` are means over the window that `found` has: nothing in its place explains them better, as
+    those that a search has `visited` are judged."""
     bare, length = without_effect(found.motor, SpeedWindow.name), window_s(found)
     lagless = bare
     for effect in bare.effects:
@@ -82,7 +83,7 @@ def is_window(study: Study, found: Fitted) -> bool:
     others = [bare, *(with_effect(delayed, lag.of(time_constant_s=length / 4)) for lag in (SensorLag, ElectricalPole))]
     bar = FAR * found.chi2
     fits = [study.solver.fit(other, found.speeds, COARSE, bar=bar) for other in others]
-    return _cost(study, found) < min(_cost(study, one) for one in fits)
+    return _is_as_good(study, found, fits, visited)
 
 
 def is_average(study: Study, found: Fitted) -> bool:
@@ -90,19 +91,23 @@ def is_average(study: Study, found: Fitted) -> bool:
     return window_s(found) < LONGEST_AVERAGE_ROWS * float(np.median(study.packed.durations))
 
 
-def does_as_well(study: Study, windowed: Fitted, late: Motor) -> bool:
-    """The motor `windowed`, whose speeds are means, explains the readings of `study` about as well as the motor `late`,
+def does_as_well(study: Study, windowed: Fitted, late: Motor, visited: Visited) -> bool:
+    """The motor `windowed`, whose speeds are means, predicts the readings of `study` about as well as the motor `late`,
     whose speeds are none."""
-    other = study.solver.fit(late, windowed.speeds, COARSE)
-    return _cost(study, windowed) < _cost(study, other) + ALIKE
+    return _is_as_good(study, windowed, [study.solver.fit(late, windowed.speeds, COARSE)], visited)
+
+
+def _is_as_good(study: Study, found: Fitted, others: list[Fitted], visited: Visited) -> bool:
+    def is_better(other: Fitted) -> bool:
+        return other.chi2 < (1 - LEAST) * found.chi2 and _cost(study, other) < _cost(study, found)
+
+    return visited.odds(found, others) > EQUAL and not any(map(is_better, others))
 
 
 def _cost(study: Study, one: Fitted) -> float:
-    if math.isnan(one.chi2):
-        return math.inf
     number = len(one.residual) / max(study.packed.observation.noise.rows_per_reading, 1.0)
     size = sum(map(free_size, one.template.effects))
-    return number * math.log(one.chi2) + size * math.log(max(number, 1.0)) if one.chi2 > 0 else -math.inf
+    return number * math.log(max(one.chi2, 1e-300)) + size * math.log(max(number, 1.0))
 
 
 def average_of(study: Study, fitted: Fitted) -> SpeedAverage:

@@ -11,8 +11,11 @@ from test_search import FRICTION_V, GAIN, PERIOD_S, POLE, noisy_log
 from jaxmotor import diagnose, identify
 from jaxmotor.diagnosis import extended_model, to_json
 from jaxmotor.diagnosis._free import linear_of, with_effect
+from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._study import study_of
+from jaxmotor.diagnosis._trial import rig_of
+from jaxmotor.diagnosis._visited import Visited
 from jaxmotor.diagnosis._window import beside_window, does_as_well, is_window, window_beside
 from jaxmotor.estimate import SpeedAverage, stated
 from jaxmotor.motor.effects import ElectricalPole, Rig, TransportDelay
@@ -114,10 +117,11 @@ def test_a_motor_without_a_window_is_seen_at_each_row_beside_motors_with_one():
     assert windowed.chi2 < plain.chi2
     seen = [one.solver.residual_of(plain.motor, plain.speeds)[0] for one in (study, beside)]
     np.testing.assert_allclose(seen[1], seen[0], atol=1e-12)
-    assert is_window(beside, windowed)
+    visited = Visited(windowed, Relations({}), rig_of(log, beside.trial), beside.solver.piece)
+    assert is_window(beside, windowed, visited)
     late = with_effect(linear_of(GAIN, POLE), TransportDelay.of(delay_s=PERIOD_S))
-    assert does_as_well(beside, windowed, late)
-    assert not does_as_well(beside, plain, windowed.motor)
+    assert does_as_well(beside, windowed, late, visited)
+    assert not does_as_well(beside, plain, windowed.motor, visited)
 
 
 FAST_POLE, SPRING_RAD_S, DAMPING, INERTIA_RATIO = 25.0, 33.0, 0.06, 0.3
