@@ -19,7 +19,7 @@ from typing import Any
 
 import jax
 import numpy as np
-from testing.made import recording, sine, step
+from fleet_scaling import motors as motors_of_a_fleet
 
 import jaxmotor as jm
 from jaxmotor._precision import device, in_float64, to_jax
@@ -27,7 +27,6 @@ from jaxmotor.fleet._batch import batch_program, identify_batch
 from jaxmotor.fleet._ready import Ready, ready, stack
 from jaxmotor.recording import bundled
 
-RUNS = [sine(0.73, 240), sine(2.9, 240), sine(7.7, 240), step(5.1, 120), step(-3.3, 120)]
 UNLIKE = 32
 """Motors that are made; larger batches repeat them."""
 
@@ -51,8 +50,7 @@ def one_motor(where: str) -> None:
 
 @in_float64
 def many_motors(where: str, sizes: list[int]) -> None:
-    rng = np.random.default_rng(0)
-    given = [recording(k, gain=rng.normal(11, 0.5), pole=rng.normal(40, 3), runs=RUNS) for k in range(UNLIKE)]
+    given = [one for _, one in motors_of_a_fleet(UNLIKE)]
     begin = time.perf_counter()
     motors = [ready(one) for one in given]
     prepared = (time.perf_counter() - begin) / UNLIKE

@@ -31,8 +31,8 @@ def in_float64(function: Callable[P, R]) -> Callable[P, R]:
 def device() -> Any:
     """Where the package computes: on the CPU, also where there is a GPU, unless `JAX_PLATFORMS` leaves the CPU out.
 
-    A recording is simulated row after row, with little to do in each: a GPU takes six times as long for a diagnosis
-    (`benchmarks/devices.py`). What a caller puts into a program of its own runs where JAX puts that program.
+    A recording is simulated row after row, with little to do in each: a GPU takes five to ten times as long for a
+    diagnosis (`benchmarks/devices.py`). What a caller puts into a program of its own runs where JAX puts that program.
     """
     try:
         return jax.local_devices(backend="cpu")[0]

@@ -154,15 +154,10 @@ def _with_window(
 def _average(searched: _Searched, fit: Fit, linear: Fitted) -> SpeedAverage | None:
     """The window of the speeds, if it is one; of a linear motor, if `fit` has none and it takes up half of what the
     `linear` one leaves."""
-    fitted = searched.found.fitted
+    study, fitted = searched.study, searched.found.fitted
     takes_up = searched.found.named or (_window_of(fit) is None and fitted.chi2 < HALF * linear.chi2)
-    if (
-        not takes_up
-        or not is_average(searched.study, fitted)
-        or not is_window(searched.study, fitted, searched.search.visited)
-    ):
-        return None
-    return average_of(searched.study, fitted)
+    own = takes_up and is_average(study, fitted) and is_window(study, fitted, searched.search.visited)
+    return average_of(study, fitted) if own else None
 
 
 def _in_place_of(found: Found, windowed: _Searched) -> SpeedAverage | None:

@@ -23,7 +23,7 @@ from jaxmotor.recording._shaft import Shaft
 from jaxmotor.recording._supply import supplied
 from jaxmotor.recording._table import Table, read_table
 from jaxmotor.recording._text import about_log
-from jaxmotor.recording._units import Input, Scale, positive, split_input, split_time, split_unit
+from jaxmotor.recording._units import VOLTS, Input, Scale, positive, split_factor, split_input, split_time, split_unit
 
 Drive = Literal["brake", "coast"]
 Acts = Literal["after", "before"]
@@ -113,9 +113,7 @@ def import_log(
     names = list(table.cells)
     with about_log(table.source):
         clock, unit_s = ("", 1.0) if time is None else split_time(time, names)
-        gaps = np.zeros(len(table), bool)
-        if gap_s is not None:
-            gaps[1:] = np.diff(table.since_first(clock) * unit_s) > gap_s
+        gaps = _gaps(table, clock, np.inf if gap_s is None else gap_s / unit_s)
         table, bounds, labels = _segments(table, segment, drop_first, clock, gaps)
         stamps = np.arange(len(table)) * (period_s or 1.0), 0.0
         if time is not None:
@@ -217,9 +215,10 @@ def window_of(value: float | int | None) -> float | None:
 def _supply(table: Table, stated: str, names: list[str]) -> np.ndarray:
     """(n,) measured supply [V], NaN where it was not."""
     column, unit = split_unit(stated, names, "the supply")
-    if unit not in ("V", "mV"):
+    factor, volts = split_factor(unit)
+    if volts not in VOLTS:
         raise RecordingError(f"the supply's unit {unit!r} is not known; it is V or mV")
-    values = table.sparse(column) * {"V": 1.0, "mV": 1e-3}[unit]
+    values = table.sparse(column) * factor * VOLTS[volts]
     if not np.isfinite(values).any():
         raise RecordingError(f"column {column!r} never holds a supply; leave --supply-column out")
     if (values <= 0).any():
@@ -331,6 +330,13 @@ def _segments(
     return table.only(kept), np.concatenate([[0], np.cumsum(kept)])[bounds], [labels[row] for row in starts]
 
 
+def _gaps(table: Table, clock: str, longest: float) -> np.ndarray:
+    """(n,) before which rows more than the `longest` time passes in the column `clock` [its unit]."""
+    if longest == np.inf:
+        return np.zeros(len(table), bool)
+    return np.diff(table.since_first(clock), prepend=0.0) > longest
+
+
 def _labels(table: Table, segment: str | None, clock: str) -> Sequence[str | None]:
     """Of the segment of each row."""
     if segment is None:
@@ -353,5 +359,5 @@ def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str
         what = "stands still" if step[row - 1] == 0 else "runs backwards"
         apart = f"the column that tells the experiments apart (--segment; {clock!r} if each starts its own clock)"
         hint = "" if clock is None else f", or name {apart}"
-        hint = ", or leave a stale first row out (--drop-first 1)" if row == 1 else hint
+        hint = ", or leave a stale first row out (--drop-first 1)" if row == 1 and step[0] < 0 else hint
         raise table.fault(row, f"the time {what} at {time_s[row]:g} s; correct or delete the row{hint}")

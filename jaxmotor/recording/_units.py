@@ -32,7 +32,7 @@ def positive(value: float | int | None, flag: str) -> float | None:
     return None if value is None else float(value)
 
 
-_FACTOR = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)?(.*)", re.DOTALL)
+_FACTOR = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 FACTOR = "a number before the unit is what one of the column is, as in 3.92rad/s of a tachogenerator's volt"
 
 
@@ -41,12 +41,13 @@ def split_factor(unit: str) -> tuple[float, str]:
 
     **Raises:** `RecordingError` where the number is zero or too large.
     """
-    found = _FACTOR.fullmatch(unit)
-    number, rest = (found[1], found[2].lstrip()) if found and found[1] else ("1", unit)
-    factor = float(number)
+    found = _FACTOR.match(unit)
+    if found is None:
+        return 1.0, unit
+    factor = float(found[0])
     if not 0 < abs(factor) < math.inf:
-        raise RecordingError(f"the unit {unit!r} begins with {number}: that is what one of the column is, a number")
-    return factor, rest
+        raise RecordingError(f"the unit {unit!r} begins with {found[0]}, which is no scale; {FACTOR}")
+    return factor, unit[found.end() :].lstrip()
 
 
 def angle_factor(unit: str, scale: Scale) -> float:

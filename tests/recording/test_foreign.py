@@ -91,6 +91,11 @@ def test_a_number_before_a_unit_is_what_one_of_the_column_is(imported, unit, fac
     assert log_unit(recording).name == unit.lstrip("-+.0123456789e")
 
 
+def test_a_supply_of_a_divider_has_a_number_before_its_unit(imported):
+    recording = imported("t_s,u_V,speed,adc\n0,0,0,3\n0.1,1,2,3\n0.2,1,3,2.9\n", speed="speed:rpm", supply="adc:2.5V")
+    np.testing.assert_allclose(recording.segments[0].supply_V, [7.5, 7.5, 7.25])
+
+
 @pytest.mark.parametrize("unit, factor", [("V", 1), ("mV", 1e-3), ("percent", 0.12), ("duty:4", 3.0)])
 def test_input_units(imported, unit, factor):
     recording = imported(LOG, input=f"u_V:{unit}", supply_V=12, count="speed", counts_per_rev=500)
@@ -221,6 +226,7 @@ def test_a_stale_first_row_may_be_left_out(imported, refused):
     log = LOG.replace("0.00,0,0", "1.074,0,0")
     assert "drop_first 1" in refused(log, speed="speed:rpm")
     assert len(imported(log, speed="speed:rpm", drop_first=1).segments[0]) == 4
+    assert "drop_first" not in refused(LOG.replace("0.02,0", "0.00,0"), speed="speed:rpm")
 
 
 GAPPED = "t_s,u_V,speed\n" + "".join(
