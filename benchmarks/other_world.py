@@ -170,14 +170,19 @@ def _with_cogging(question: Question, found: Diagnosis) -> Question:
 
 def _beside_timing(question: Question, found: Diagnosis) -> Question:
     """`question` without a short delay or sensor lag that is told as the log's own: where the header does not state
-    when rows are read, less than half a row is the same as rows that are read as much before the voltage changes."""
-    timing, plant = found.timing, question.plant
-    if timing is None:
-        return question
+    when rows are read, less than half a row is the same as rows that are read as much before the voltage changes; and
+    a mean over a window and a filter after it are the same as a mean over a longer one, as late as both."""
+    dirt, plant, period_s = question.dirt, question.plant, question.rig.period_s
 
     def is_told(kind: str) -> bool:
         late = {"transport_delay": plant.delay_s, "sensor_lag": plant.filter_s}.get(kind, math.inf)
-        return abs(timing.offset_s + late) < 3 * timing.standard_error_s + TICK * question.rig.period_s
+        told = []
+        if found.timing is not None:
+            told.append((-found.timing.offset_s, found.timing.standard_error_s))
+        if found.average is not None and dirt is not None and not dirt.window_stated:
+            mean_s = 0.5 * dirt.window_rows * period_s
+            told.append((found.average.lateness_s - mean_s, found.average.lateness_error_s))
+        return any(abs(one - late) < 3 * error + TICK * period_s for one, error in told)
 
     kinds = tuple(kind for kind in question.asked.kinds if not is_told(kind))
     return dataclasses.replace(question, asked=dataclasses.replace(question.asked, kinds=kinds))

@@ -24,7 +24,7 @@ def _moved(
     solver: Solver, fitted: Fitted, effect: AbstractEffect, others: tuple[AbstractEffect, ...], tolerance: float
 ) -> Fitted:
     motors = with_each(without_effect(fitted.motor, effect.name), others)
-    found = solver.residuals(motors, np.repeat(fitted.speeds[None], len(others), axis=0))
+    found = solver.residuals(motors, np.repeat(fitted.speeds[None], len(others), axis=0), fitted.steps)
     squares = [square_of(left) for left in without_own(fitted, found.T).T]
     best = int(np.argmin(squares))
     if not squares[best] < (1 - BETTER) * square_of(without_own(fitted, fitted.residual)):

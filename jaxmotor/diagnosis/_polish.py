@@ -33,7 +33,7 @@ def polished(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
     while idle < ROUNDS:
         frees = _around(fitted, rng)
         speeds = np.repeat(fitted.speeds[None], len(frees), axis=0)
-        found = solver.residuals(motors_at(fitted.template, frees), speeds)
+        found = solver.residuals(motors_at(fitted.template, frees), speeds, fitted.steps)
         order = np.argsort([square_of(residual) for residual in found])[:FITTED]
         near = side_by_side(_fit_from(solver, fitted, tolerance), [frees[k] for k in order])
         best = min(near, key=lambda one: one.chi2)

@@ -77,7 +77,7 @@ def effect_columns(
     if rows:
         at = _rows_before(solver.piece, rows)
     starts = [effect.starts(rig) for effect in effects if not effect.sought_last]
-    of = side_by_side(lambda own: _effect_columns(solver, motor, base.speeds, residual, own), starts)
+    of = side_by_side(lambda own: _effect_columns(solver, base, own, motor, residual), starts)
     found = tuple(one for its in of for one in its)
     return found if at is None else tuple(dataclasses.replace(one, columns=one.columns[at]) for one in found)
 
@@ -93,7 +93,7 @@ def columns_beside(
         return ()
     simple = [one for one in effects if one.name in names and one.program_level is not None]
     starts = [one.starts(rig) for one in simple if not one.sought_last and one.name not in base.names]
-    of = side_by_side(lambda own: _effect_columns(solver, base.motor, base.speeds, base.residual, own), starts)
+    of = side_by_side(lambda own: _effect_columns(solver, base, own, base.motor, base.residual), starts)
     return tuple(one for its in of for one in its)
 
 
@@ -109,13 +109,13 @@ def columns_at(
     that is not fitted."""
     first = [effect.starts(rig)[:2] for effect in effects if effect.name not in base.names]
     starts = [tuple(one.but(**{parameter: value}) for value in values for one in own) for own in first if own]
-    of = side_by_side(lambda own: _effect_columns(solver, base.motor, base.speeds, base.residual, own), starts)
+    of = side_by_side(lambda own: _effect_columns(solver, base, own, base.motor, base.residual), starts)
     return tuple(one for its in of for one in its)
 
 
 def best_beside(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]) -> list[Candidate]:
     """The `starts` of one effect beside `base` with all that it has, by their scores, the best first."""
-    columns = _effect_columns(solver, base.motor, base.speeds, base.residual, starts)
+    columns = _effect_columns(solver, base, starts, base.motor, base.residual)
     return candidates(base, tuple(columns)).get(starts[0].name, [])
 
 
@@ -123,7 +123,7 @@ def best_as_simulated(solver: Solver, base: Fitted, starts: Sequence[Candidate])
     """Of the `starts` of one effect beside `base`, the one whose motor leaves least, less what a change of the own
     parameters of `base` would take up as well."""
     speeds = np.repeat(base.speeds[None], len(starts), axis=0)
-    left = without_own(base, solver.residuals(together([start.motor for start in starts]), speeds).T)
+    left = without_own(base, solver.residuals(together([start.motor for start in starts]), speeds, base.steps).T)
     return starts[int(np.argmin([square_of(one) for one in left.T]))]
 
 
@@ -151,13 +151,13 @@ def _rows_before(piece: np.ndarray, rows: int) -> np.ndarray:
 
 
 def _effect_columns(
-    solver: Solver, motor: Motor, speeds: np.ndarray, residual: np.ndarray, starts: tuple[AbstractEffect, ...]
+    solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...], motor: Motor, residual: np.ndarray
 ) -> list[EffectColumns]:
-    """Of one effect, beside `motor`, which leaves `residual`."""
+    """Of one effect, beside the `motor` of `base` or a simpler one, which leaves `residual`."""
     if not starts:
         return []
-    begins = np.repeat(speeds[None], len(starts), axis=0)
-    columns = solver.residuals(with_each(motor, starts), begins) - residual
+    begins = np.repeat(base.speeds[None], len(starts), axis=0)
+    columns = solver.residuals(with_each(motor, starts), begins, base.steps) - residual
     columns = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
     paired = any(about["kind"] == "amplitude" for about in parameters(starts[0]).values())
     size = 2 if paired else 1

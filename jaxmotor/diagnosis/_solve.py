@@ -9,8 +9,9 @@ import dataclasses
 import functools
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
+import equinox as eqx
 import jax
 import numpy as np
 from jaxtyping import Float
@@ -35,6 +36,7 @@ from jaxmotor.diagnosis._shared_program import Sharing, as_shared
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import Rig
+from jaxmotor.motor.effects._substep import parts_of
 from jaxmotor.prediction import SPEED_STEP, first_speeds, without_initial_speeds
 
 STEPS = 25
@@ -83,6 +85,8 @@ class Fitted:
     """Of residuals that the priors were weighed against."""
     ties: Float[np.ndarray, "r p"] | None = None
     """`Layout.ties`"""
+    steps: int | None = None
+    """Per row, in which the motor was simulated; None: in all (`Solver.most`)."""
 
     @property
     def chi2(self) -> float:
@@ -141,14 +145,17 @@ class Solver:
         """Over which speeds are means, where they are [s]; one that is sought is the motor's."""
         self.starts = first_speeds(trial)
         """Where the initial speeds of free pieces are sought from (k,) [rad/s]."""
+        self.most = int(trial.steps)
+        """Steps per row, in which a motor is simulated where nothing else is asked for."""
+        self._in_steps = {self.most: self.given}
 
-    def residuals(self, motors: Motor, speeds: np.ndarray) -> np.ndarray:
-        """(k, n) filtered residuals of motors whose leaves are (k,)."""
+    def residuals(self, motors: Motor, speeds: np.ndarray, steps: int | None = None) -> np.ndarray:
+        """(k, n) filtered residuals of motors whose leaves are (k,), simulated in `steps` per row."""
         leaves, tree = jax.tree.flatten((self._shared(motors), speeds))
 
         def part(begin: int) -> np.ndarray:
             some = [leaf[begin : begin + WIDTH] for leaf in leaves]
-            return self.rows(self._program(some, tree)["drift"])[: len(some[-1])]
+            return self.rows(self._program(some, tree, steps)["drift"])[: len(some[-1])]
 
         begins = range(0, len(speeds), WIDTH)
         # What a long log takes in memory is not taken twice.
@@ -168,23 +175,31 @@ class Solver:
     def _shared(self, motors: Motor) -> Motor:
         return as_shared(motors, self.sharing, self.window_s)
 
-    def _program(self, leaves: list[np.ndarray], tree: Any) -> dict[str, Any]:
+    def _program(self, leaves: list[np.ndarray], tree: Any, steps: int | None = None) -> dict[str, Any]:
         """Of motors and initial speeds whose `leaves` have at most `WIDTH` rows, the last of which is repeated."""
         rows = np.minimum(np.arange(WIDTH), len(leaves[-1]) - 1)
         motors, speeds = jax.tree.unflatten(tree, [leaf[rows] for leaf in leaves])
-        return residuals_program(motors, speeds, self.given)
+        return residuals_program(motors, speeds, self._given_in(self.most if steps is None else steps))
 
-    def linearise(self, template: Motor, free: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray, Any]:
+    def _given_in(self, steps: int) -> Trial:
+        """The trial, whose rows are simulated in `steps`."""
+        if steps not in self._in_steps:
+            self._in_steps[steps] = eqx.tree_at(lambda trial: trial.steps, self.given, to_jax(np.int32(steps)))
+        return self._in_steps[steps]
+
+    def linearise(
+        self, template: Motor, free: np.ndarray, speeds: np.ndarray, steps: int | None = None
+    ) -> tuple[np.ndarray, np.ndarray, Any]:
         """Residual (n,), Jacobian (n, p) and the column (n,) of the initial speeds, if any is free."""
         layout = layout_of(template.effects)
-        steps = np.diag(layout.difference)
+        moves = np.diag(layout.difference)
         both = is_wide(template.effects)
-        begins = [free[None], free + steps, *([free - steps] if both else [])]
+        begins = [free[None], free + moves, *([free - moves] if both else [])]
         frees = np.concatenate([*begins, free[None]] if self.free_pieces else begins)
         starts = np.repeat(speeds[None], len(frees), axis=0)
         if self.free_pieces:
             starts[-1] += SPEED_STEP
-        found = self.residuals(motors_at(template, frees), starts)
+        found = self.residuals(motors_at(template, frees), starts, steps)
         p = len(free)
         # Wild motors overflow; a step that leads to one is not taken.
         with np.errstate(over="ignore", invalid="ignore"):
@@ -211,40 +226,23 @@ class Solver:
         Given up before where it will hardly come below a chi2 of `bar`, or from `far` above that of others near to
         them: by what its steps promise, or as they went on. Also where its steps keep little of what they promise, and
         where they lead astray.
+
+        Rows are simulated in as few steps as they need: in twice as many while that changes the residual by more than
+        `tolerance` allows, or `ROUGH` where the fit is given up.
         """
         self.request.trying(tuple(effect.name for effect in motor.effects))
-        free = free_of(motor)
         speeds = self.starts if speeds is None else speeds
-        if is_wide(motor.effects):
-            tolerance, steps = max(tolerance, WIDE_TOLERANCE), min(steps, WIDE_STEPS)
-        at = self._at(motor, free, speeds)
-        converged, crawled, astray, gain = False, 0, 0, math.inf
-        for number in range(steps):
-            # What is left, and with it the weight of priors, changes as a fit goes on.
-            variance = block_variance(at.projected, at.jacobian, self.block)
-            layout = layout_of(motor.effects, variance)._replace(ties=ties)
-            step = self._step(at, layout)
-            square = square_of(at.residual)
-            part = max(tolerance, ROUGH) if square > far * len(at.residual) else tolerance
-            least = part * max(square, len(at.residual))
-            if step is None or step.promise < least:
-                converged = step is not None
+        goal = _Goal(tolerance, steps, bar, far, ties)
+        at = self._at(motor, free_of(motor), speeds, 1)
+        while True:
+            at, ended = self._descended(motor, at, goal)
+            if at.steps >= self.most or parts_of(motor.effects).exact:
                 break
-            before = self._cost(at, layout)
-            if number >= SURE and before - min(HOPE * step.hope, (steps - number) * gain) > bar * len(at.residual):
-                break
-            if number >= SURE and before - (steps - number) * gain > far * len(at.residual):
-                break
-            new = self._moved(motor, at, step, layout)
-            if new is None:
-                break
-            at, gain = new, before - self._cost(new, layout)
-            if gain < 0.001 * before and step.promise < 10 * least:
-                converged = True
-                break
-            crawled = crawled + 1 if gain < min(0.1 * step.promise, 0.01 * before) else 0
-            astray = 0 if self._is_possible(motor, at.free) else astray + 1
-            if crawled == CRAWLED or astray == ASTRAY:
+            finer = self._at(motor, at.free, at.speeds, min(2 * at.steps, self.most))
+            allowed = ROUGH if ended == "given up" else tolerance
+            same = square_of(finer.residual - at.residual) <= allowed * max(square_of(at.residual), len(at.residual))
+            at = finer
+            if same:
                 break
         return Fitted(
             motor,
@@ -252,20 +250,54 @@ class Solver:
             at.speeds,
             at.residual,
             at.jacobian,
-            converged,
+            ended == "converged",
             block_variance(at.projected, at.jacobian, self.block),
             ties,
+            at.steps,
         )
+
+    def _descended(self, motor: Motor, at: "_At", goal: "_Goal") -> "tuple[_At, Ended]":
+        """From `at` to the end of a fit."""
+        tolerance, steps = goal.tolerance, goal.steps
+        if is_wide(motor.effects):
+            tolerance, steps = max(tolerance, WIDE_TOLERANCE), min(steps, WIDE_STEPS)
+        crawled, astray, gain, count = 0, 0, math.inf, len(at.residual)
+        for number in range(steps):
+            # What is left, and with it the weight of priors, changes as a fit goes on.
+            variance = block_variance(at.projected, at.jacobian, self.block)
+            layout = layout_of(motor.effects, variance)._replace(ties=goal.ties)
+            step = self._step(at, layout)
+            if step is None:
+                return at, "stopped"
+            square = square_of(at.residual)
+            least = (max(tolerance, ROUGH) if square > goal.far * count else tolerance) * max(square, count)
+            if step.promise < least:
+                return at, "converged"
+            before = self._cost(at, layout)
+            going_on = (steps - number) * gain
+            if number >= SURE and goal.is_out_of_reach(before / count, step.hope / count, going_on / count):
+                return at, "given up"
+            new = self._moved(motor, at, step, layout)
+            if new is None:
+                return at, "stopped"
+            at, gain = new, before - self._cost(new, layout)
+            if gain < 0.001 * before and step.promise < 10 * least:
+                return at, "converged"
+            crawled = crawled + 1 if gain < min(0.1 * step.promise, 0.01 * before) else 0
+            astray = 0 if self._is_possible(motor, at.free) else astray + 1
+            if crawled == CRAWLED or astray == ASTRAY:
+                return at, "given up"
+        return at, "stopped"
 
     def _is_possible(self, motor: Motor, free: np.ndarray) -> bool:
         return self.rig is None or is_possible(motor_at(motor, free), self.rig)
 
-    def _at(self, motor: Motor, free: np.ndarray, speeds: np.ndarray, *, shortened: bool = False) -> "_At":
-        residual, jacobian, column = self.linearise(motor, free, speeds)
+    def _at(self, motor: Motor, free: np.ndarray, speeds: np.ndarray, steps: int, *, shortened: bool = False) -> "_At":
+        residual, jacobian, column = self.linearise(motor, free, speeds, steps)
         columns, shift = np.column_stack([residual, jacobian]), None
         if column is not None:
             columns, shift = without_initial_speeds(columns, column, self.piece, self.pieces)
-        return _At(free, speeds, residual, columns[:, 0], columns[:, 1:], shift, shortened)
+        return _At(free, speeds, residual, columns[:, 0], columns[:, 1:], shift, steps, shortened)
 
     def _step(self, at: "_At", layout: Layout) -> "_Step | None":
         residual, jacobian = at.projected, at.jacobian
@@ -297,20 +329,37 @@ class Solver:
         ones, speeds = zip(*step.shorter(), strict=True)
         frees, starts = moved(motor, at.free, np.stack(ones)), np.stack([at.speeds + one for one in speeds])
         if not at.shortened:
-            whole = self._at(motor, frees[0], starts[0])
+            whole = self._at(motor, frees[0], starts[0], at.steps)
             if self._cost(whole, layout) < before:
                 return whole
-        found = self.residuals(motors_at(motor, frees), starts)
+        found = self.residuals(motors_at(motor, frees), starts, at.steps)
         costs = np.array(
             [square_of(residual) + _prior(free, layout) for residual, free in zip(found, frees, strict=True)]
         )
         best = int(np.nanargmin(np.where(np.isfinite(costs), costs, np.inf)))
         if not costs[best] < before:
             return None
-        return self._at(motor, frees[best], starts[best], shortened=best > 0)
+        return self._at(motor, frees[best], starts[best], at.steps, shortened=best > 0)
 
     def _cost(self, at: "_At", layout: Layout) -> float:
         return square_of(at.residual) + _prior(at.free, layout)
+
+
+Ended = Literal["converged", "stopped", "given up"]
+
+
+class _Goal(NamedTuple):
+    """Where a fit ends (`Solver.fit`)."""
+
+    tolerance: float
+    steps: int
+    bar: float
+    far: float
+    ties: Float[np.ndarray, "r p"] | None
+
+    def is_out_of_reach(self, chi2: float, hope: float, going_on: float) -> bool:
+        """A fit at `chi2` will not come to the goal if it may hope for so much, and for that as it went on."""
+        return chi2 - min(HOPE * hope, going_on) > self.bar or chi2 - going_on > self.far
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -323,6 +372,8 @@ class _At:
     jacobian: np.ndarray
     shift: np.ndarray | None
     """(pieces, 1 + p) by how much initial speeds would have to move for the residual and for each free number."""
+    steps: int
+    """Per row."""
     shortened: bool
     """The step that led here had to be: the next one may have to be, too."""
 

@@ -49,9 +49,14 @@ class Parts(NamedTuple):
         return any(effect.early for effect in self.delays)
 
     @property
+    def exact(self) -> bool:
+        """Nothing changes within a tick but what moves exactly, and a load in steps of its own."""
+        return not (self.windings or self.torques or self.frictions or self.counts or self.memories)
+
+    @property
     def steady(self) -> bool:
-        """Nothing changes within a tick but what moves exactly: one step is as good as many."""
-        return not (self.windings or self.torques or self.frictions or self.loads or self.counts or self.memories)
+        """One step is as good as many."""
+        return self.exact and not self.loads
 
 
 def parts_of(effects: tuple[AbstractEffect, ...]) -> Parts:
