@@ -169,13 +169,15 @@ def _with_cogging(question: Question, found: Diagnosis) -> Question:
 
 
 def _beside_timing(question: Question, found: Diagnosis) -> Question:
-    """`question` without a short delay or sensor lag that is told as the log's own: where the header does not state
-    when rows are read, less than half a row is the same as rows that are read as much before the voltage changes; and
-    a mean over a window and a filter after it are the same as a mean over a longer one, as late as both."""
+    """`question` without a short delay or lag that is told as the log's own: where the header does not state when rows
+    are read, less than half a row is the same as rows that are read as much before the voltage changes; and a mean over
+    a window and a filter after it are the same as a mean over a longer one, as late as both."""
     dirt, plant, period_s = question.dirt, question.plant, question.rig.period_s
+    lag_s = plant.inductance_H / plant.resistance_ohm
+    by_kind = {"transport_delay": plant.delay_s, "sensor_lag": plant.filter_s, "electrical_pole": lag_s}
 
     def is_told(kind: str) -> bool:
-        late = {"transport_delay": plant.delay_s, "sensor_lag": plant.filter_s}.get(kind, math.inf)
+        late = by_kind.get(kind, math.inf)
         told = []
         if found.timing is not None:
             told.append((-found.timing.offset_s, found.timing.standard_error_s))

@@ -1,4 +1,4 @@
-"""What was asked of a diagnosis: which effects it may name, and who is told how far it is."""
+"""What was asked of a diagnosis: which effects it may name, who is told how far it is, and what is known meanwhile."""
 
 import threading
 from collections.abc import Callable, Iterable
@@ -8,6 +8,8 @@ from jaxmotor._arguments import check_choice
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import shown
 from jaxmotor.motor.effects import AbstractEffect, check_relations, known_effect, vocabulary
+from jaxmotor.prediction import Noise
+from jaxmotor.recording import Recording
 
 STAGES = ("linear fit", "effects", "held-out scoring", "open hypotheses", "done")
 Asked = str | type[AbstractEffect] | Iterable[str | type[AbstractEffect]]
@@ -26,7 +28,7 @@ class Progress(NamedTuple):
 
 
 class Request:
-    """Which effects may be named; and what is told of the work, by one thread at a time."""
+    """Which effects may be named; what is told of the work, by one thread at a time; and the noise of its readings."""
 
     def __init__(
         self,
@@ -47,10 +49,21 @@ class Request:
         if on_progress is not None and not callable(on_progress):
             raise JaxmotorError(f"on_progress is {shown(on_progress)}; give a function of a Progress")
         self._on_progress, self._lock = on_progress, threading.Lock()
+        self._noises: list[tuple[Recording, bool, Noise]] = []
 
     def asked(self) -> list[type[AbstractEffect]]:
         """The effects that may be named."""
         return [effect for name, effect in self.known.items() if name in self.effects]
+
+    def noise_of(self, recording: Recording, timed: bool) -> Noise | None:
+        """Of the readings of `recording`, packed for motors that are `timed` or not, where it has been estimated."""
+        known = (noise for one, packed_so, noise in self._noises if one is recording and packed_so == timed)
+        return next(known, None)
+
+    def keep_noise(self, recording: Recording, timed: bool, noise: Noise) -> None:
+        """What `noise_of` shall give: to estimate it takes as long as many fits."""
+        if not noise.known and self.noise_of(recording, timed) is None:
+            self._noises.append((recording, timed, noise))
 
     def tell(self, stage: int, detail: str = "") -> None:
         """The work is in `STAGES[stage]`, at `detail`."""

@@ -45,12 +45,15 @@ def study_of(
     noise: Noise | None = None,
 ) -> Study:
     """`recording`, to be explained by motors with about this `pole` [rad/s], `timed` with a timing offset; `noise` is
-    estimated where it is not given."""
+    estimated where it is not given, once for each recording of a `request`."""
+    request = request or Request()
     moving = tuple(
         index for index, segment in enumerate(recording.segments) if segment.kind != "rest" and len(segment) >= 2
     )
     shape = PADDED._replace(sequences=_sequences([len(recording.segments[k]) for k in moving]))
-    packed = pack(recording, moving, shape, timed, noise=noise)
+    packed = pack(recording, moving, shape, timed, noise=noise or request.noise_of(recording, timed))
+    if noise is None:
+        request.keep_noise(recording, timed, packed.observation.noise)
     packed = without_transients(recording, packed)
     trial = trial_of(recording, packed, pole)
     rig = rig_of(recording, trial)

@@ -1,11 +1,12 @@
 """What a log would hold of a motor with effects."""
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.motor import Motor, Rows, Run, scan_rows, simulate_motor, warmth
 from jaxmotor.motor.effects import SpeedWindow
@@ -99,7 +100,8 @@ def _stated(problem: Problem, each: int, chunk: int) -> Windows:
     def at(begin: Int[Array, ""]) -> _Window:
         number = begin + jnp.arange(chunk, dtype=jnp.int32).reshape(-1, *(1,) * (back.ndim - 1))
         own, part_ = (_rows(values, begin, chunk) for values in (back, part))
-        return _Window(number - own.astype(jnp.int32), part_, 0.0, _rows(length, begin, chunk))
+        first = jnp.maximum(number - own.astype(jnp.int32), 0)
+        return _Window(first, part_, 0.0, _rows(length, begin, chunk))
 
     return at
 
@@ -109,27 +111,66 @@ def _sought(
 ) -> Windows:
     """Those of any `length` [s], one for each motor."""
     batch, each = problem.batch, speeds.ndim - 1
-    shape = (len(batch.volts), *speeds.shape[:-1])
+    shape = (*speeds.shape[:-1], len(batch.volts))
     length = jnp.expand_dims(length, (0, -1)) * _by_row(batch.span, each)
-    duration = jnp.broadcast_to(batch.duration, batch.volts.shape).T
-    time = jnp.cumsum(duration, axis=0) - duration
-    began = jax.lax.cummax(jnp.where(jnp.asarray(batch.reset).T, time, 0.0), axis=0)
+    duration = jnp.broadcast_to(batch.duration, batch.volts.shape)
+    time = _by_row(jnp.cumsum(duration, axis=1) - duration, each)
+    number = jnp.arange(len(time), dtype=jnp.int32).reshape(-1, *(1,) * (each + 1))
+    resets = _by_row(batch.reset, each)
+    began_s, began = (jax.lax.cummax(jnp.where(resets, one, 0), axis=0) for one in (time, number))
     piece = jnp.asarray(batch.piece).T
 
-    def row_in(time: Float[Array, " row"], begin: Float[Array, "chunk *motors"]) -> Int[Array, "chunk *motors"]:
-        return jnp.searchsorted(time, begin, side="right").astype(jnp.int32) - 1
-
     def at(begin: Int[Array, ""]) -> _Window:
-        now, start, long = (_rows(values, begin, chunk) for values in (time, began, length))
-        now, start = (values.reshape(chunk, *(1,) * each, -1) for values in (now, start))
-        first_moment = jnp.maximum(now - long, start)
-        first_moment = jnp.broadcast_to(first_moment, (chunk, *shape[1:], shape[0]))
-        first = jax.vmap(row_in, (1, -1), -1)(time, first_moment)
-        part = jnp.maximum(first_moment - jax.vmap(jnp.take, (1, -1), -1)(time, first), 0.0)
+        own, now, start_s, start, long = (_rows(one, begin, chunk) for one in (number, time, began_s, began, length))
+        past = now - start_s
+        moment = jnp.broadcast_to(jnp.maximum(now - long, start_s), (chunk, *shape))
+        # Where it is if rows are even; then row by row.
+        part = (now - moment) / jnp.where(past > 0, past, 1.0)
+        back = jnp.ceil(part * (own - start).astype(part.dtype) - 1e-9).astype(own.dtype)
+        first = _row_in(time, moment, start, own, jnp.clip(own - back, start, own))
         speed = jnp.moveaxis(speeds[..., _rows(piece, begin, chunk)], -2, 0)
-        return _Window(first, part, speed * jnp.maximum(long - (now - start), 0.0), long)
+        before = speed * jnp.maximum(long - past, 0.0)
+        return _Window(first, jnp.maximum(moment - _taken(time, first), 0.0), before, long)
 
     return at
+
+
+def _row_in(
+    time: Float[Array, "row ..."],
+    moment: Float[Array, "chunk *motors sequence"],
+    first: Int[Array, "chunk ..."],
+    last: Int[Array, "chunk ..."],
+    near: Int[Array, "chunk *motors sequence"],
+) -> Int[Array, "chunk *motors sequence"]:
+    """The last row from `first` to `last` that begins by a `moment`, `near` to the given one."""
+
+    def is_late(row: Int[Array, "chunk *motors sequence"]) -> Bool[Array, "chunk *motors sequence"]:
+        return (row > first) & (_taken(time, row) > moment)
+
+    def is_early(row: Int[Array, "chunk *motors sequence"]) -> Bool[Array, "chunk *motors sequence"]:
+        return (row < last) & (_taken(time, jnp.minimum(row + 1, last)) <= moment)
+
+    return _walked(is_early, 1, _walked(is_late, -1, near))
+
+
+def _walked(
+    goes_on: Callable[[Int[Array, "chunk *motors sequence"]], Bool[Array, "chunk *motors sequence"]],
+    way: int,
+    row: Int[Array, "chunk *motors sequence"],
+) -> Int[Array, "chunk *motors sequence"]:
+    """`row`, or as many rows on as it `goes_on`."""
+
+    def on(state: tuple[Array, Array]) -> tuple[Array, Array]:
+        row = state[0] + jnp.where(state[1], way, 0)
+        return row, goes_on(row)
+
+    return jax.lax.while_loop(lambda state: state[1].any(), on, (row, goes_on(row)))[0]
+
+
+def _taken(values: Float[Array, "row ..."], rows: Int[Array, "chunk ..."]) -> Float[Array, "chunk ..."]:
+    """`values` of `rows`, all of which there are: one index into all values takes a quarter of the time of several."""
+    lane = jnp.arange(math.prod(values.shape[1:]), dtype=rows.dtype).reshape(1, *values.shape[1:])
+    return values.reshape(-1).at[rows * lane.size + lane].get(mode="promise_in_bounds")
 
 
 def _rows(values: Array, begin: Int[Array, ""], chunk: int) -> Array:
@@ -151,15 +192,17 @@ def _mean_speed(
     angle = scan_rows(
         lambda total, turn: (total + turn, total), jnp.zeros_like(run.sensed_turn[0]), run.sensed_turn, used
     )[1]
-    lengths = jnp.broadcast_to(_by_row(problem.batch.duration, each), (len(angle), *(1,) * each, angle.shape[-1]))
-    every = (angle, run.sensed_speed, jnp.roll(run.sensed_speed, -1, axis=0), run.sensed_turn, lengths)
+    every = (angle, run.sensed_speed, run.sensed_turn)
+    lengths = _by_row(problem.batch.duration, each)
 
     def some(
         number: Int[Array, ""], means: Float[Array, "row *motors sequence"]
     ) -> Float[Array, "row *motors sequence"]:
         at = jnp.minimum(number * chunk, len(angle) - chunk)
         window = windows(at)
-        before, begin, end, turn, length = (jnp.take_along_axis(values, window.first, axis=0) for values in every)
+        before, begin, turn = (_taken(values, window.first) for values in every)
+        end = _taken(run.sensed_speed, jnp.minimum(window.first + 1, len(angle) - 1))
+        length = _taken(lengths, window.first) if lengths.ndim else lengths
         share, rise, mean = window.part / length, (end - begin) * length, turn - begin * length
         inside = window.part * begin + share**2 * (3 * mean - rise + share * (rise - 2 * mean))
         turned = _rows(angle, at, chunk) - before - inside + window.before

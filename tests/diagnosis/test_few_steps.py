@@ -1,13 +1,15 @@
-"""Noisy speeds are simulated in few steps: no law changes by more than a part of the noise with many."""
+"""Laws are simulated in few steps: none changes by more than a part of the noise with many."""
 
 import dataclasses
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hidden import draw
 from test_search import GAIN, PERIOD_S, POLE, noisy_log
 
-from jaxmotor.diagnosis._free import linear_of, with_each
+from jaxmotor.diagnosis._found import COARSE, FINE
+from jaxmotor.diagnosis._free import linear_of, together, with_each, with_effect
 from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._study import study_of
 from jaxmotor.diagnosis._trial import rig_of
@@ -50,3 +52,17 @@ def test_more_steps_change_chi2_by_less_than_a_law_is_known(log, name):
     speeds = np.repeat(few.starts[None], len(starts), axis=0)
     off = few.residuals(motors, speeds) - many.residuals(motors, speeds)
     assert np.isfinite(off).all() and (off**2).mean(axis=1).max() < MOST.get(name, 0.003)
+
+
+@pytest.mark.usefixtures("plant_library")
+@pytest.mark.parametrize(("name", "least"), [("dead_zone", 1), ("coulomb_friction", 2), ("stiction", 4)])
+def test_a_fit_takes_as_few_steps_as_change_little(name, least):
+    hidden = draw((name,), 5)
+    solver = study_of(hidden.recording, hidden.pole).solver
+    motor = with_effect(linear_of(hidden.gain, hidden.pole), EFFECTS[name].of(**hidden.truth[name]))
+    for tolerance in (COARSE, FINE):
+        fitted = solver.fit(motor, tolerance=tolerance)
+        assert least <= fitted.steps <= solver.most
+        many = Solver(dataclasses.replace(solver.trial, steps=jnp.asarray(4 * solver.most, jnp.int32)))
+        [exact] = many.residuals(together([fitted.motor]), fitted.speeds[None])
+        assert np.mean((exact - fitted.residual) ** 2) < 0.003
