@@ -64,12 +64,13 @@ def beside_window(
 
 def window_beside(
     recording: Recording, found: Fitted, known: SpeedAverage, request: Request
-) -> tuple[SpeedAverage, bool]:
-    """The window of `recording` with the effects of `found`, which were found with the `known` one; and whether it
-    differs from that by more than its error."""
+) -> tuple[SpeedAverage | None, bool]:
+    """The window of `recording` with the effects of `found`, which were found with the `known` one, None where it is
+    within its error of none; and whether it differs from that by more than its error."""
     study = _unstated(recording, found, request)
     better = average_of(study, _fitted(study, found, known.length_s))
-    return better, abs(better.length_s - known.length_s) > better.standard_error_s
+    moved = abs(better.length_s - known.length_s) > better.standard_error_s
+    return (better if better.length_s > 1.96 * better.standard_error_s else None), moved
 
 
 def is_window(study: Study, found: Fitted, visited: Visited) -> bool:

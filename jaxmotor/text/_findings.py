@@ -91,9 +91,12 @@ def cause(found: FoundEffect) -> str:
         also = f", with the alternatives that fit as well {percent(found.family_probability)}" if equals(found) else ""
         return f"{found.name} ({own}{also})"
     known = f" (probability {percent(found.of_family)})" if found.effect.family else ""
-    return f"{family_of(found.effect)}{known}, most like {found.name} ({percent(found.probability)})"
+    hardly = ", which is hardly all of it" if found.probability < HARDLY else ""
+    return f"{family_of(found.effect)}{known}, most like {found.name}{hardly} ({percent(found.probability)})"
 
 
+HARDLY = 0.1
+"""Probability below which a law is told to be like what was found, but hardly that."""
 LITTLE = 0.005
 """Probability that is told as next to none."""
 

@@ -71,6 +71,8 @@ def test_below_the_stated_probability_the_family_is_told():
     told = diagnosis_text(imitated(unsure("sensor_lag")))
     assert "a lag (probability 90 %), most like sensor_lag (30 %):" in " ".join(told.split())
     assert "sensor_lag (probability" not in told and "if it is sensor_lag: " in told
+    less = diagnosis_text(imitated(dataclasses.replace(unsure("sensor_lag"), probability=0.02)))
+    assert "a lag (probability 90 %), most like sensor_lag, which is hardly all of it (2 %):" in " ".join(less.split())
     sure = dataclasses.replace(
         unsure("sensor_lag"), probability=NAMED, family_probability=NAMED, name_probability=NAMED
     )
