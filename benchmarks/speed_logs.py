@@ -165,7 +165,7 @@ def diagnosed(motors: int, seed: int, seen: str) -> Iterator[Result]:
         found = diagnose(log.unstated)
         errors = found.standard_error
         z = assessed(log, found.motor.linear, (errors["gain_rad_s_V"], errors["pole_rad_s"]))
-        said = ", ".join([found.verdict, *(effect.name for effect in found.effects)])
+        said = ", ".join([found.outcome, *(effect.name for effect in found.effects)])
         level, chi2 = found.fit.noise.level / log.noise, found.whole.after.chi2_per_sample
         yield Result(seen, level, chi2, z, length_of(log, found.average), said)
 

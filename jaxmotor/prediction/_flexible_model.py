@@ -104,18 +104,24 @@ def first_order(
     `poles` (c,) [rad/s]; pieces begin at `start`, a number or (n,), where their initial speed is not known, else at 0.
     """
     start = np.broadcast_to(start, len(drives))
+    poles = _once(poles)
     decay = np.exp(-rows.duration[:, None] * poles)
     inject = drives * (1 - decay)
     ends = np.append(rows.reset[1:], True)
     decay_or_end, inject[ends] = np.where(ends[:, None], 0.0, decay), 0.0
     begins = np.append((start * rows.free * rows.reset)[1:], 0.0)
     inject[ends] += begins[ends, None]
-    speed = states(decay_or_end, inject, np.full(len(poles), start[0] * rows.free[0]))
+    speed = states(decay_or_end, inject, np.full(drives.shape[1], start[0] * rows.free[0]))
     return speed, drives * rows.duration[:, None] + (speed - drives) * (1 - decay) / poles
 
 
+def _once(poles: np.ndarray) -> np.ndarray:
+    """(c,) `poles`; (1,) where all are equal."""
+    return poles[:1] if (poles == poles[0]).all() else poles
+
+
 def states(decay: np.ndarray, inject: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """(n, c) x of x[k+1] = decay[k] x[k] + inject[k] (n, c), from the `first` (c,).
+    """(n, c) x of x[k+1] = decay[k] x[k] + inject[k] (n, c), from the `first` (c,); `decay` (n, c) or (n, 1).
 
     About √n blocks of rows side by side, each from zero; then what each block ends with goes into the next one.
     """
@@ -156,7 +162,7 @@ def responses(rows: LogRows, drives: np.ndarray, poles: np.ndarray, start: float
         return speed
     angle = np.cumsum(turned, axis=0) - turned
     first = np.arange(len(speed)) - rows.back
-    part = rows.part[:, None]
+    part, poles = rows.part[:, None], _once(poles)
     inside = drives[first] * part + (speed[first] - drives[first]) * (1 - np.exp(-part * poles)) / poles
     return (angle - angle[first] - inside) / rows.window_s[:, None]
 
@@ -261,14 +267,16 @@ def pole_and_delay(rows: LogRows) -> tuple[float, float]:
 
 def _costs(rows: LogRows, poles: np.ndarray, delays: np.ndarray) -> np.ndarray:
     """(pole, delay) sum of squares that voltage, offset and friction leave."""
-    drives = [*(late(rows, delay) for delay in delays), direction_of(rows), np.ones_like(rows.volts)]
-    columns = _each(rows, drives, poles).reshape(len(rows.volts), len(drives), len(poles))
-    begins = responses(rows, np.zeros((len(rows.volts), len(poles))), poles, 1.0)
+    every = [*(late(rows, delay) for delay in delays), direction_of(rows), np.ones_like(rows.volts)]
+    drives, none = np.stack(every, axis=1), np.zeros((len(rows.volts), 1))
     valid = rows.valid[:, None]
     cost = np.empty((len(poles), len(delays)))
-    for number in range(len(poles)):
-        both = np.concatenate([rows.speed[:, None], columns[:, :, number]], axis=1) * valid
-        both = without_starts(rows, both, begins[:, number] * rows.valid)
+    for number, pole in enumerate(poles):
+        # One pole after the other: its columns stay in the processor's cache.
+        columns = responses(rows, drives, np.full(drives.shape[1], pole))
+        begins = responses(rows, none, np.array([pole]), 1.0)[:, 0]
+        both = np.concatenate([rows.speed[:, None], columns], axis=1) * valid
+        both = without_starts(rows, both, begins * rows.valid)
         gram = both.T @ both
         cost[number] = [_least(gram, [1 + each, len(delays) + 1, len(delays) + 2]) for each in range(len(delays))]
     return cost
