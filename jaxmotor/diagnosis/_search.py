@@ -268,7 +268,8 @@ class Search:
         """Those of `ranked` that may matter beside `base`. Near the noise effects are small multiples of themselves,
         and what they do there is linear."""
         if self._is_quiet(base):
-            return {name for name, its in ranked.items() if self.visited.promised(its[0]) > GROWS}
+            promised = side_by_side(lambda name: self.visited.promised(ranked[name][0]), ranked)
+            return {name for name, more in zip(ranked, promised, strict=True) if more > GROWS}
         if self.solver.noise_known or base is self.linear:
             return set(ranked)
         return {name for name, its in ranked.items() if its[0].chi2 < (1 - PROMISE) * base.chi2}
