@@ -171,7 +171,8 @@ def _with_cogging(question: Question, found: Diagnosis) -> Question:
 def _beside_timing(question: Question, found: Diagnosis) -> Question:
     """`question` without a short delay or lag that is told as the log's own: where the header does not state when rows
     are read, less than half a row is the same as rows that are read as much before the voltage changes; and a mean over
-    a window and a filter after it are the same as a mean over a longer one, as late as both."""
+    a window and a filter after it are the same as a mean over a longer one, as late as both. What is told with an error
+    that holds zero, too, tells nothing."""
     dirt, plant, period_s = question.dirt, question.plant, question.rig.period_s
     lag_s = plant.inductance_H / plant.resistance_ohm
     by_kind = {"transport_delay": plant.delay_s, "sensor_lag": plant.filter_s, "electrical_pole": lag_s}
@@ -184,7 +185,7 @@ def _beside_timing(question: Question, found: Diagnosis) -> Question:
         if found.average is not None and dirt is not None and not dirt.window_stated:
             mean_s = 0.5 * dirt.window_rows * period_s
             told.append((found.average.lateness_s - mean_s, found.average.lateness_error_s))
-        return any(abs(one - late) < 3 * error + TICK * period_s for one, error in told)
+        return any(abs(one - late) < 3 * error + TICK * period_s and abs(one) > 3 * error for one, error in told)
 
     kinds = tuple(kind for kind in question.asked.kinds if not is_told(kind))
     return dataclasses.replace(question, asked=dataclasses.replace(question.asked, kinds=kinds))

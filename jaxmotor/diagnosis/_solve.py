@@ -88,7 +88,7 @@ class Fitted:
     ties: Float[np.ndarray, "r p"] | None = None
     """`Layout.ties`"""
     steps: int | None = None
-    """Per row, in which the motor was simulated; None: in all (`Solver.most`)."""
+    """Per row, in which the motor was simulated; None: as many as its trial says (`Solver.most`)."""
 
     @property
     def chi2(self) -> float:
@@ -152,7 +152,7 @@ class Solver:
         self._in_steps = {self.most: self.given}
 
     def residuals(self, motors: Motor, speeds: np.ndarray, steps: int | None = None) -> np.ndarray:
-        """(k, n) filtered residuals of motors whose leaves are (k,), simulated in `steps` per row."""
+        """(k, n) filtered residuals of motors whose leaves are (k,), simulated in `steps` per row (None: `most`)."""
         leaves, tree = jax.tree.flatten((self._shared(motors), speeds))
 
         def part(begin: int) -> np.ndarray:
@@ -230,7 +230,7 @@ class Solver:
         where they lead astray.
 
         Rows are simulated in as few steps as they need: in twice as many while that changes the residual by more than
-        `tolerance` allows, or `ROUGH` where the fit is given up.
+        `tolerance` allows (of chi2, or of 1 where that is less), or `ROUGH` where the fit is given up.
         """
         self.request.trying(tuple(effect.name for effect in motor.effects))
         speeds = self.starts if speeds is None else speeds
@@ -355,6 +355,7 @@ class _Goal(NamedTuple):
 
     tolerance: float
     steps: int
+    """Of the fit, at most; not those of a row."""
     bar: float
     far: float
     ties: Float[np.ndarray, "r p"] | None
