@@ -117,6 +117,7 @@ def assess(
     slope = np.zeros(len(psi))
     slope[:2] = -offset / psi[0], 1 / psi[0]
     _determined(recording, psi, model, float(errors.pole_share))
+    _signed(recording, float(psi[0]), float(np.sqrt(kept[0, 0])))
     notes += _wide(psi, kept, float(errors.chi2))
     of_header = [one.sentence for one in (average, timing) if one is not None]
     motor, half = np.array([psi[0], np.exp(psi[2])]), 1.96 * np.sqrt(np.diag(kept)[:2])
@@ -240,6 +241,15 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, p
         raise JaxmotorError(
             f"{recording.name}: the pole is not determined by this recording (the gain is {gain:.4g} "
             f"± {1.96 * error[0]:.2g} rad/s/V); {what}"
+        )
+
+
+def _signed(recording: Recording, gain: float, error: float) -> None:
+    """Whether a motor that is said to turn against the voltage does."""
+    if gain < 0 and 1.96 * error > -gain:
+        raise JaxmotorError(
+            f"{recording.name}: the gain is not determined by this recording: {gain:.3g} ± {1.96 * error:.2g} rad/s/V "
+            "leaves open which way the motor turns; something else than the voltage moves it: record steps or sines"
         )
 
 

@@ -85,7 +85,8 @@ def law(effect: AbstractEffect, standard_error: Mapping[str, float]) -> str:
         about = parameters(effect)[name]
         factor, unit = scaled(about, value)
         fixed = about["kind"] == "fixed" and not unit
-        error = standard_error.get(name, math.nan)
+        own = float(getattr(effect, name))
+        error = standard_error.get(name, math.nan) * (abs(value / own) if own else 1.0)
         shown[name] = f"{value:g}" if fixed else with_error(factor * value, factor * error, unit)
     return says.format(**shown)
 

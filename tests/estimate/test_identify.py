@@ -9,7 +9,7 @@ from testing.made import COUNTS, PERIOD, counted, held, motion, plan, recording,
 
 from jaxmotor import JaxmotorError, identify
 from jaxmotor.estimate import electrical_check
-from jaxmotor.recording import Recording
+from jaxmotor.recording import Recording, Segment
 
 TRUTH = np.array([11.0, 40.0])
 
@@ -278,6 +278,20 @@ def test_what_cannot_be_identified_is_said(made, words):
     with pytest.raises(JaxmotorError, match=words) as caught:
         identify(made())
     assert "\n" not in str(caught.value) and str(caught.value).startswith("made.csv: ")
+
+
+@pytest.mark.parametrize("seed", [4, 13])
+def test_a_motor_that_may_turn_either_way_is_none(seed):
+    """A speed that wanders, whatever the voltage: the gain that fits best is negative."""
+    rng, ticks = np.random.default_rng(seed), 1500
+    volts = np.repeat(rng.uniform(-6, 6, 30), 50)
+    speed = np.convolve(np.cumsum(rng.standard_normal(ticks)), np.ones(25) / 25, "same")
+    speed = speed + 0.02 * rng.standard_normal(ticks)
+    time = 0.02 * np.arange(ticks)
+    segment = Segment("other", 0.0, False, {}, time, volts, tick=np.arange(ticks), speed_rad_s=speed)
+    made = Recording((segment,), "walk", 0.02, speed_window_s=0.0, supply_V=12.0)
+    with pytest.raises(JaxmotorError, match="leaves open which way the motor turns"):
+        identify(made)
 
 
 def test_nothing_left_to_fit():

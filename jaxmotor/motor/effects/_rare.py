@@ -1,5 +1,6 @@
 """Laws of some motors, which are sought only where the usual ones leave something unexplained."""
 
+import math
 from typing import ClassVar
 
 import jax.numpy as jnp
@@ -27,6 +28,8 @@ RARITY = 2.0
 """Of effects that no data sheet of a hobby motor speaks of."""
 REFERENCE_rad_s = 50.0
 """At which the size of a drag is stated."""
+MOST_TOLD_V = 24.0
+"""Volts that a motor may have: a drag that takes more is told at a lower speed."""
 EDGE_RAD = 0.1
 """Over which the friction of a sector rises at each of its ends."""
 
@@ -115,6 +118,15 @@ class CubicDrag(AbstractMotionEffect, AbstractTorqueEffect):
     def possible(self, rig: Rig) -> bool:
         """The back-EMF takes a part of the voltage, too."""
         return float(self.volts_V) * (rig.speed_rad_s / REFERENCE_rad_s) ** 3 < MOST_DRAG * rig.back_emf_V
+
+    def told(self) -> tuple[str, dict[str, float]]:
+        """At a tenth of the reference speed, or less, where there it takes more volts than slow motors have."""
+        says, values = super().told()
+        volts, tenths = values["volts_V"], 0
+        while MOST_TOLD_V < volts < math.inf:
+            volts, tenths = volts / 1e3, tenths + 1
+        at = f"{REFERENCE_rad_s / 10**tenths:g} rad/s"
+        return says.replace(f"{REFERENCE_rad_s:g} rad/s", at), values | {"volts_V": volts}
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del angle

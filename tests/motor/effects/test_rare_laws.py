@@ -31,6 +31,7 @@ from jaxmotor.motor.effects import (
 from jaxmotor.motor.effects._learned import TERMS
 from jaxmotor.prediction import PADDED, pack
 from jaxmotor.recording import Recording, Segment
+from jaxmotor.text import law
 
 FINE = 200
 RARE = ("cubic_drive", "dead_time", "cubic_drag", "sector_friction", "warming_friction", "bristle_friction")
@@ -275,6 +276,20 @@ def test_drag_that_leaves_the_back_emf_less_than_a_tenth_is_none(name, speed_rad
     drag = EFFECTS[name].start(**{"volts_V": 2.0} if name == "cubic_drag" else {"volts_V_s2_rad2": 0.02})
     assert drag.possible(rig) and drag.possible(rig.of(speed_rad_s / 0.25))
     assert not drag.possible(rig.of(speed_rad_s / 0.2))
+
+
+@pytest.mark.parametrize(
+    ("volts_V", "told"),
+    [
+        (0.3, "takes 300 ± 20 mV at 50 rad/s"),
+        (20.0, "takes 20.0 ± 1.3 V at 50 rad/s"),
+        (4282.0, "takes 4.28 ± 0.29 V at 5 rad/s"),
+        (3e6, "takes 3.00 ± 0.20 V at 0.5 rad/s"),
+    ],
+)
+def test_drag_is_told_at_a_speed_that_the_motor_may_have(volts_V, told):
+    drag = EFFECTS["cubic_drag"].of(volts_V=volts_V)
+    assert law(drag, {"volts_V": volts_V / 15 / 1.96}).endswith(told)
 
 
 def test_a_filter_of_the_log_may_be_as_short_as_it_is():
