@@ -77,6 +77,8 @@ def diagnose(
     fit, refused = _linear_fit(recording, seed)
     if recording.measured == "count" and not fit.floor_known:
         recording = as_angles(recording)
+    if fit.average is None:
+        request.keep_noise(recording, False, fit.noise)
     known = explained(recording, fit, request, seed)
     fit, study, found, before, after = known.fit, known.study, known.found, known.before, known.after
     held = hold_out(study, found)

@@ -366,23 +366,26 @@ def _in_noise(recording: Recording, packed: Packed, segments: tuple[int, ...], n
 
 
 def _log_rows(packed: Packed) -> LogRows:
-    """The rows of `packed` [1 rad or 1 rad/s], one piece after the other."""
+    """The rows of `packed` [1 rad or 1 rad/s], one piece after the other as the recording has them: what drifts in its
+    course does so here, wherever pieces were placed."""
     batch, turn = packed.batch, packed.observation.kind == "turn"
-    duration = np.broadcast_to(batch.duration, batch.volts.shape)
     used = packed.segment_of >= 0
-    speed = np.where(batch.valid, batch.observed / duration if turn else batch.observed, 0.0)
-    window_s = np.zeros(int(used.sum()))
-    if packed.observation.kind == "window":
-        window_s = packed.observation.window_s * np.broadcast_to(batch.span, used.shape)[used]
+    order = np.argsort(batch.piece[used], kind="stable")
+
+    def rows(values: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(values, used.shape)[used][order]
+
+    speed, duration, valid = rows(batch.observed), rows(batch.duration), rows(batch.valid)
+    is_window = packed.observation.kind == "window"
     return LogRows(
-        volts=batch.volts[used],
-        reset=batch.reset[used],
-        free=batch.free[used],
-        duration=duration[used],
-        speed=speed[used],
-        valid=batch.valid[used],
-        back=batch.back[used],
-        part=batch.part[used],
+        volts=rows(batch.volts),
+        reset=rows(batch.reset),
+        free=rows(batch.free),
+        duration=duration,
+        speed=np.where(valid, speed / duration if turn else speed, 0.0),
+        valid=valid,
+        back=rows(batch.back),
+        part=rows(batch.part),
         turn=turn,
-        window_s=window_s,
+        window_s=packed.observation.window_s * rows(batch.span) if is_window else np.zeros(len(order)),
     )

@@ -1,12 +1,15 @@
 """The noise of logs without counts: the grid that their readings lie on, and what no motor explains."""
 
+import dataclasses
+import itertools
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 from speed_logs import Result, results, speed_log
 
 from jaxmotor.estimate import identify, to_json
-from jaxmotor.prediction import pack
+from jaxmotor.prediction import PADDED, pack
 from jaxmotor.prediction._noise import grid_step
 from jaxmotor.recording import Recording, Segment
 
@@ -53,6 +56,23 @@ def noise_of(recording):
     noise = pack(recording, (0,)).observation.noise
     assert noise is not None
     return noise
+
+
+def test_the_noise_of_a_log_does_not_depend_on_where_its_segments_are_placed():
+    """Of a log whose speed sags in its course, with segments of any length."""
+    log = speed_log(np.random.default_rng(3), "instantaneous", 2000).recording
+    [whole] = log.segments
+    cuts = [0, 130, 500, 650, 1400, 1500, 2000]
+    parts = []
+    sagging = whole.speed_rad_s * (1 - 2e-4 * np.arange(len(whole)))
+    for begin, end in itertools.pairwise(cuts):
+        own, tick = slice(begin, end), np.arange(end - begin)
+        columns = {"time_s": whole.time_s[tick], "tick": tick, "volts": whole.volts[own], "speed_rad_s": sagging[own]}
+        parts.append(dataclasses.replace(whole, **columns))
+    log, every = dataclasses.replace(log, segments=tuple(parts)), tuple(range(len(parts)))
+    paddings = (None, PADDED, PADDED._replace(sequences=1), PADDED._replace(sequences=3))
+    found = [pack(log, every, padding).observation.noise for padding in paddings]
+    assert all(noise == found[0] for noise in found)
 
 
 @pytest.mark.parametrize("seen", ["instantaneous", "one row", "window", "uneven", "filter"])
