@@ -278,6 +278,7 @@ def _dirty(draft: _Draft, motion: Motion, rng: np.random.Generator) -> Recording
         duty=[run.duty[k:] for run, k in zip(draft.runs, kept, strict=True)],
         speed_rad_s=[(one + level * rng.standard_normal(len(one)))[k:] for one, k in zip(speeds, kept, strict=True)],
         duty_full_scale=rig.full_scale,
+        counts_per_rev=rig.counts_per_rev,
         supply_V=rig.supply_V,
         speed_window_s=dirt.window_rows * rig.period_s if dirt.window_stated else None,
         kind=[run.kind for run in draft.runs],

@@ -61,6 +61,6 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
         swing > 2 * np.pi,
         supply_known=recording.supply_V is not None,
         supply_logged=logs_supply(recording),
-        counts=recording.measured == "count",
+        counts=recording.counts_per_rev is not None,
         swing_rad=swing,
     )

@@ -1,5 +1,6 @@
 """Causes in logs of noisy speeds: a finely integrated motor, its speed averaged over each row, coloured noise on it."""
 
+import dataclasses
 import os
 from pathlib import Path
 
@@ -147,6 +148,23 @@ def test_a_rig_without_counts_loses_none():
     rig = rig_of(recording, study.trial)
     assert not MissedCounts.starts(rig)
     assert MissedCounts.starts(rig._replace(counts=True))
+
+
+def test_speeds_of_an_encoder_may_lack_counts():
+    """Its counts per turn stand in the header; without them the same bend of the speed is a law of the motor."""
+    plain = noisy_log(3, FRICTION_V)
+    [run] = plain.segments
+    speed = run.speed_rad_s
+    above = 0.5 * np.abs(speed).max()
+    segment = dataclasses.replace(run, speed_rad_s=np.where(np.abs(speed) > above, 0.92 * speed, speed))
+    log = dataclasses.replace(plain, segments=(segment,), counts_per_rev=600.0)
+    asked = ["missed_counts", "coulomb_friction", "quadratic_drag", "voltage_saturation"]
+    lost = {one.name: one for one in diagnose(log, effects=asked).effects if one.is_named}
+    assert set(lost) == {"missed_counts", "coulomb_friction"}
+    assert lost["missed_counts"].parameters["ratio"] == pytest.approx(0.08, abs=0.01)
+    assert lost["missed_counts"].parameters["speed_rad_s"] == pytest.approx(above, rel=0.1)
+    unknown = diagnose(dataclasses.replace(log, counts_per_rev=None), effects=asked)
+    assert "missed_counts" not in {one.name for one in unknown.effects}
 
 
 @pytest.mark.parametrize(

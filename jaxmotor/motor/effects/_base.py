@@ -50,7 +50,7 @@ class Rig(NamedTuple):
     supply_logged: bool = False
     """The voltages are those that the logged supply gave: its sag and drift are in them."""
     counts: bool = True
-    """The log holds an encoder's counts."""
+    """The log holds an encoder's counts, or speeds or angles that were made of them."""
     swing_rad: float = 0.0
     """From the least to the largest measured angle, where that is known throughout; else zero."""
 
