@@ -9,7 +9,7 @@ from typing import NamedTuple
 import jax.numpy as jnp
 
 from jaxmotor.motor.effects._base import Load, Scalar
-from jaxmotor.motor.effects._propagate import Matrix
+from jaxmotor.motor.effects._propagate import Cells, Matrix, cells
 
 
 class Contact(NamedTuple):
@@ -17,7 +17,7 @@ class Contact(NamedTuple):
 
     x: tuple[Scalar, ...]
     """The state, its twist from where the contact's spring is at rest."""
-    matrix: Matrix
+    matrix: Cells
     push: Scalar
     """Mean acceleration of the load [rad/s²], beside that of `matrix`."""
     late: Scalar
@@ -32,10 +32,10 @@ def contact(
     half, twist, n = load.gap / 2, x[-1], len(x)
     stiffness, rub = load.frequency**2, 2 * load.damping * load.frequency
 
-    def foreseen(matrix: Matrix, x: tuple[Scalar, ...]) -> tuple[Scalar, Scalar]:
+    def foreseen(matrix: Cells, x: tuple[Scalar, ...]) -> tuple[Scalar, Scalar]:
         """Twist and its rate at the end."""
         inputs = (*x, volts, torque)
-        end = [sum((matrix[k, j] * value for j, value in enumerate(inputs)), volts * 0) for k in (0, n - 2, n - 1)]
+        end = [sum((matrix[k][j] * value for j, value in enumerate(inputs)), volts * 0) for k in (0, n - 2, n - 1)]
         return end[2], end[0] - end[1]
 
     side = jnp.sign(twist)
@@ -43,13 +43,13 @@ def contact(
     begin = stiffness * beyond + rub * (x[0] - x[-2])
     touches = (jnp.abs(twist) >= half) & (begin * side > 0)
     rested = (*x[:-1], beyond)
-    after, rate = foreseen(closed, rested)
+    after, rate = foreseen(cells(closed), rested)
     end = stiffness * after + rub * rate
     stays = touches & (end * side > 0)
     leaves = touches & ~stays
     share_left = begin / jnp.where(leaves, begin - end, 1.0)
     push_left = 0.5 * begin * share_left
-    after, rate = foreseen(open_, x)
+    after, rate = foreseen(cells(open_), x)
     over = jnp.abs(after) - half
     arrives = ~touches & (over > 0) & (rate * jnp.sign(after) > 0)
     way = jnp.where(arrives, jnp.abs(after - jnp.clip(twist, -half, half)), 1.0)
@@ -63,5 +63,5 @@ def contact(
     push = jnp.where(arrives, hit, jnp.where(leaves, push_left, 0.0))
     push = jnp.clip(push, -most, most)
     late = push * duration * jnp.where(arrives, 0.5 - 0.4 * share, -(0.5 - share_left / 3))
-    matrix = jnp.where(stays, closed, open_)
+    matrix = cells(jnp.where(stays, closed, open_))
     return Contact((*x[:-1], jnp.where(stays, beyond, twist)), matrix, push, jnp.where(arrives | leaves, late, 0.0))

@@ -17,6 +17,8 @@ from jaxmotor.motor._linear import AbstractLinearMotor
 from jaxmotor.motor.effects._base import Load, Scalar
 
 Matrix = Float[Array, "_ _ ..."]
+Cells = tuple[tuple[Scalar, ...], ...]
+"""The numbers of a matrix, row by row."""
 HALVINGS, TERMS = 14, 8
 """Times that a matrix is halved before its exponential is a series, and terms of that: exact to rounding up to norms
 of 2^14."""
@@ -150,3 +152,7 @@ def _scaled(matrix: Square, factor: Scalar | float) -> Square:
 
 def _plus_one(matrix: Square) -> Square:
     return [[value + 1.0 if i == j else value for j, value in enumerate(row)] for i, row in enumerate(matrix)]
+
+
+def cells(matrix: Matrix) -> Cells:
+    return tuple(jnp.unstack(row) for row in jnp.unstack(matrix))

@@ -13,7 +13,7 @@ from jaxmotor.motor._linear import AbstractLinearMotor, SecondOrder
 from jaxmotor.motor.effects import _base as base
 from jaxmotor.motor.effects._base import AbstractEffect, Scalar, Source, Step, Winding
 from jaxmotor.motor.effects._contact import Contact, contact
-from jaxmotor.motor.effects._propagate import Matrix, propagator
+from jaxmotor.motor.effects._propagate import Matrix, cells, propagator
 from jaxmotor.motor.effects._yielding import yielding
 
 TINY = 1e-12
@@ -195,7 +195,7 @@ def step(
 def _joined(linear: Linear, parts: Parts, x: tuple[Scalar, ...], volts: Scalar, torque: Scalar) -> Contact:
     none = jnp.zeros_like(torque)
     if linear.open is None:
-        return Contact(x, linear.closed, none, none)
+        return Contact(x, cells(linear.closed), none, none)
     return contact(linear.closed, linear.open, parts.loads[0].load(), x, volts, torque, linear.duration)
 
 
@@ -261,23 +261,23 @@ def _moved(joined: Contact, linear: Linear, torque: Scalar, winding: Winding, ba
     x, matrix = joined.x, joined.matrix
     n = len(x)
     inputs = dict(enumerate(x)) | {n + 1: torque}
-    if matrix.shape[1] > n + 2:
+    if len(matrix[0]) > n + 2:
         inputs[n + 2] = joined.push
 
     def row(k: int) -> Scalar:
-        return sum((matrix[k, j] * value for j, value in inputs.items()), jnp.zeros_like(torque))
+        return sum((matrix[k][j] * value for j, value in inputs.items()), jnp.zeros_like(torque))
 
-    volts = _effective(row(n), row(n + 1), matrix[n, n], matrix[n + 1, n], winding, back)
+    volts = _effective(row(n), row(n + 1), matrix[n][n], matrix[n + 1][n], winding, back)
     if winding.limit is not None:
-        current = row(n + 1) + matrix[n + 1, n] * volts
+        current = row(n + 1) + matrix[n + 1][n] * volts
         most = winding.limit
         if linear.lag is not None:
             most = _most(linear, most, jnp.sign(current) * x[1], jnp.abs(volts - back * x[0]))
-        volts = volts + (jnp.clip(current, -most, most) - current) / jnp.maximum(matrix[n + 1, n], TINY)
-    end = tuple(row(k) + matrix[k, n] * volts for k in range(n))
+        volts = volts + (jnp.clip(current, -most, most) - current) / jnp.maximum(matrix[n + 1][n], TINY)
+    end = tuple(row(k) + matrix[k][n] * volts for k in range(n))
     if winding.limit is not None and n % 2 == 0:
         end = (end[0], jnp.clip(end[1], -winding.limit, winding.limit), *end[2:])
-    return Moved(end, row(n) + matrix[n, n] * volts, row(n + 1) + matrix[n + 1, n] * volts)
+    return Moved(end, row(n) + matrix[n][n] * volts, row(n + 1) + matrix[n + 1][n] * volts)
 
 
 def _effective(
