@@ -144,9 +144,30 @@ def _hidden(solution: Solution, at: Linearised, problem: Problem) -> Float[Array
     else:
         rest = jnp.zeros_like(start)
         found = jax.vmap(lambda drive: observe(motor, problem, gain * drive, rest, reading), out_axes=-1)(each)
-        lagging = along(jnp.full_like(gain, LAG_S[0]), jnp.zeros_like(volts), jnp.ones_like(gain))
+        if problem.kind == "window":
+            lagging = along(jnp.full_like(gain, LAG_S[0]), jnp.zeros_like(volts), jnp.ones_like(gain))
+        else:  # without a simulation of second order, whose compilation takes a tenth of a cold identification
+            by_pole = solution.jacobian[..., 2]
+            lagging = lagging_of(motor.pole, gain * volts + solution.psi[1], at.prediction + by_pole, problem)
         found = jnp.concatenate([found, lagging[..., None]], axis=-1)
     return jnp.where(jnp.asarray(batch.valid)[..., None], found, 0.0)
+
+
+def lagging_of(
+    pole: Float[Array, ""], drive: Float[Array, "sequence row"], both: Float[Array, "sequence row"], problem: Problem
+) -> Float[Array, "sequence row"]:
+    """What the first of L/R adds to the prediction of a motor of first order [units for each second of it].
+
+    Of K/(1 + s/a + s² τ/a) the derivative by τ is, at none, -s a ∂/∂a of K/(1 + s/a). With w' = a (v - w), v the steady
+    speed under a row's voltage (`drive` [rad/s]), that is a (w + ∂w/∂log a - v), v of the row before. Of the turn θ
+    over a row of duration h it is the integral of that, a (θ + ∂θ/∂log a - v h). `both` is the sum of the prediction
+    and its derivative by log a.
+    """
+    batch = problem.batch
+    if problem.kind == "turn":
+        return pole * (both - drive * jnp.asarray(batch.duration) / problem.unit)
+    before = jnp.pad(drive[:, :-1], ((0, 0), (1, 0))) / problem.unit
+    return jnp.where(jnp.asarray(batch.reset), 0.0, pole * (both - before))
 
 
 def drives(
