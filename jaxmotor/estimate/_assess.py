@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
+from jaxmotor._numbers import with_error
 from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, hidden_laws, open_hypotheses
 from jaxmotor.estimate._speed_average import SpeedAverage, properties_of
 from jaxmotor.estimate._timing import Timing
@@ -247,19 +248,20 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, p
 def _signed(recording: Recording, gain: float, error: float) -> None:
     """Whether a motor that is said to turn against the voltage does."""
     if gain < 0 and 1.96 * error > -gain:
+        found = with_error(gain, error, "rad/s/V")
         raise JaxmotorError(
-            f"{recording.name}: the gain is not determined by this recording: {gain:.3g} ± {1.96 * error:.2g} rad/s/V "
-            "leaves open which way the motor turns; something else than the voltage moves it: record steps or sines"
+            f"{recording.name}: the gain is not determined by this recording: {found} leaves open which way the motor "
+            "turns; something else than the voltage moves it: record steps or sines"
         )
 
 
 def _wide(psi: np.ndarray, covariance: np.ndarray, chi2: float) -> list[str]:
-    """A note on each parameter that is known but badly."""
+    """A note on each parameter that is known but badly, or not at all."""
     values = [("gain", abs(psi[0])), ("pole", float(np.exp(psi[2])))]
     shares = [1.96 * np.sqrt(covariance[k, k]) / value for k, (_, value) in enumerate(values)]
     why = "a linear motor does not explain this recording" if chi2 > QUIET_CHI2 else "more steps would tell more"
     return [
-        f"the {name} is only known to ± {100 * share:.0f} %: {why}"
+        f"the {name} is {'only known to' if share < 1 else 'not determined,'} ± {100 * share:.0f} %: {why}"
         for (name, _), share in zip(values, shares, strict=True)
         if share > 0.1
     ]

@@ -280,18 +280,27 @@ def test_what_cannot_be_identified_is_said(made, words):
     assert "\n" not in str(caught.value) and str(caught.value).startswith("made.csv: ")
 
 
-@pytest.mark.parametrize("seed", [4, 13])
-def test_a_motor_that_may_turn_either_way_is_none(seed):
-    """A speed that wanders, whatever the voltage: the gain that fits best is negative."""
+def wandering(seed: int) -> Recording:
+    """A speed that wanders, whatever the voltage."""
     rng, ticks = np.random.default_rng(seed), 1500
     volts = np.repeat(rng.uniform(-6, 6, 30), 50)
     speed = np.convolve(np.cumsum(rng.standard_normal(ticks)), np.ones(25) / 25, "same")
     speed = speed + 0.02 * rng.standard_normal(ticks)
-    time = 0.02 * np.arange(ticks)
-    segment = Segment("other", 0.0, False, {}, time, volts, tick=np.arange(ticks), speed_rad_s=speed)
-    made = Recording((segment,), "walk", 0.02, speed_window_s=0.0, supply_V=12.0)
+    segment = Segment("other", 0.0, False, {}, 0.02 * np.arange(ticks), volts, tick=np.arange(ticks), speed_rad_s=speed)
+    return Recording((segment,), "walk", 0.02, speed_window_s=0.0, supply_V=12.0)
+
+
+@pytest.mark.parametrize("seed", [4, 13])
+def test_a_motor_that_may_turn_either_way_is_none(seed):
+    """The gain that fits best is negative."""
     with pytest.raises(JaxmotorError, match="leaves open which way the motor turns"):
-        identify(made)
+        identify(wandering(seed))
+
+
+def test_a_gain_whose_interval_holds_zero_is_said_not_to_be_determined():
+    fit = identify(wandering(0))
+    assert 0 < float(fit.motor.gain) < 1.96 * float(fit.standard_error.gain)
+    assert any("the gain is not determined" in note for note in fit.notes)
 
 
 def test_nothing_left_to_fit():
