@@ -77,7 +77,7 @@ def diagnose(
     fit, refused = _linear_fit(recording, seed)
     if recording.measured == "count" and not fit.floor_known:
         recording = as_angles(recording)
-    if fit.average is None:
+    if fit.average is None:  # else the study is of a log that states one, whose noise is another
         request.keep_noise(recording, False, fit.noise)
     known = explained(recording, fit, request, seed)
     fit, study, found, before, after = known.fit, known.study, known.found, known.before, known.after

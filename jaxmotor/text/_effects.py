@@ -85,6 +85,7 @@ def law(effect: AbstractEffect, standard_error: Mapping[str, float]) -> str:
         about = parameters(effect)[name]
         factor, unit = scaled(about, value)
         fixed = about["kind"] == "fixed" and not unit
+        # A sentence may tell a value at another place than the parameter is of: its error goes with it.
         own = float(getattr(effect, name))
         error = standard_error.get(name, math.nan) * (abs(value / own) if own else 1.0)
         shown[name] = f"{value:g}" if fixed else with_error(factor * value, factor * error, unit)

@@ -155,4 +155,5 @@ def _plus_one(matrix: Square) -> Square:
 
 
 def cells(matrix: Matrix) -> Cells:
+    """`matrix` taken apart, once for all that its numbers are used in: an index of each use costs the tracing more."""
     return tuple(jnp.unstack(row) for row in jnp.unstack(matrix))
