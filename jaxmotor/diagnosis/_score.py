@@ -1,6 +1,7 @@
 """How well a motor with effects does on chosen segments, none of which it need have been fitted to."""
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -51,13 +52,13 @@ def scored(
 
 
 def begins(solver: Solver, motor: Motor, speeds: np.ndarray | None = None) -> np.ndarray:
-    """The initial speed of each piece that fits it best under `motor` [rad/s]; zero where it begins at rest."""
-    speeds = solver.starts if speeds is None else speeds
-    if not solver.free_pieces:
-        return speeds
-    pair = together([motor, motor])
-    found = fit_initial_speeds(lambda tried: solver.residuals(pair, tried), speeds[None], solver.piece)
-    return found[0]
+    """The initial speed of each piece that fits it best under `motor` [rad/s]; where it begins at rest zero, or the
+    place of a load within its gap."""
+    found = solver.starts if speeds is None else speeds
+    if solver.free_pieces:
+        of_pair = functools.partial(solver.residuals, together([motor, motor]))
+        [found] = fit_initial_speeds(of_pair, found[None], solver.piece, solver.moves)
+    return solver.placed(motor, found)
 
 
 def chi2_interval(by_segment: dict[int, tuple[float, float]], seed: int) -> tuple[float, float]:

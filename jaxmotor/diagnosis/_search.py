@@ -12,13 +12,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from jaxmotor.diagnosis._contact_sizes import smoothed
 from jaxmotor.diagnosis._cycles import Repeats
 from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, LEAST, NEARLY, STAYS, Explained, Found, Named
 from jaxmotor.diagnosis._free import is_possible, is_wide, turned_about, with_effect, without_effect
 from jaxmotor.diagnosis._level import is_as_likely, ties_of
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
-from jaxmotor.diagnosis._polish import polished
 from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score_test import (
@@ -437,7 +437,7 @@ class Search:
     def _refined(self, fitted: Fitted) -> Fitted:
         """`fitted` to the end, if that is a motor that the rig can have."""
         found = self._level(fitted)
-        found = polished(self.solver, found, COARSE) if is_wide(found.template.effects) else found
+        found = smoothed(self.solver, found, COARSE) if is_wide(found.template.effects) else found
         return found if is_possible(found.motor, self.rig) else fitted
 
     def _level(self, fitted: Fitted) -> Fitted:

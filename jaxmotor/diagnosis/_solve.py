@@ -37,7 +37,7 @@ from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import Rig
 from jaxmotor.motor.effects._substep import parts_of
-from jaxmotor.prediction import SPEED_STEP, first_speeds, without_initial_speeds
+from jaxmotor.prediction import SPEED_STEP, first_speeds, fit_initial_places, in_motion, without_initial_speeds
 
 STEPS = 25
 """Of a fit at most."""
@@ -61,6 +61,8 @@ SHORT_ALONE = 4_000
 fits of a diagnosis is a quarter of what compiling takes that is saved."""
 WIDTH = 8
 """Motors that a program simulates side by side; more are several calls, of which as many run as there are cores."""
+HANGS = 3
+"""Times that a motor is fitted anew after its load was placed within its gap."""
 SHARES, SHORTER = 0.5 ** np.arange(8), np.geomspace(1e-3, 1e5, 8)
 """Of a step that goes too far; and dampings, relative to the balanced normal equations, of others in its place."""
 DAMPINGS = 1e-9 + np.geomspace(1e-4, 1e6, 21)
@@ -76,7 +78,7 @@ class Fitted:
     template: Motor
     free: Float[np.ndarray, " p"]
     speeds: Float[np.ndarray, " k"]
-    """At which each piece begins [rad/s]; only those that are free to matter."""
+    """At which each piece begins that begins in motion [rad/s]; of others the place of a load within its gap."""
     residual: Float[np.ndarray, " n"]
     """Drift of the rows [standard deviations of the encoder's own]."""
     jacobian: Float[np.ndarray, "n p"]
@@ -137,7 +139,9 @@ class Solver:
         self.block = np.unique(np.asarray(batch.cluster).reshape(-1)[self.cells], return_inverse=True)[1]
         """(n,) number of the block of each row: only blocks are taken to be independent."""
         self.pieces = trial.problem.pieces + 1
-        self.free_pieces = bool(np.any(batch.free))
+        self.moves = in_motion(trial)
+        """(k,) which pieces begin in motion."""
+        self.free_pieces = bool(self.moves.any())
         self.scale = 1 / math.sqrt(trial.variance)
         steps = int(trial.used) * int(trial.steps) * len(trial.valid)
         self.is_short = steps <= SHORT
@@ -200,7 +204,7 @@ class Solver:
         frees = np.concatenate([*begins, free[None]] if self.free_pieces else begins)
         starts = np.repeat(speeds[None], len(frees), axis=0)
         if self.free_pieces:
-            starts[-1] += SPEED_STEP
+            starts[-1] += SPEED_STEP * self.moves
         found = self.residuals(motors_at(template, frees), starts, steps)
         p = len(free)
         # Wild motors overflow; a step that leads to one is not taken.
@@ -238,6 +242,8 @@ class Solver:
         at = self._at(motor, free_of(motor), speeds, self.most if self.most <= FEW else 1)
         while True:
             at, ended = self._descended(motor, at, goal)
+            if parts_of(motor.effects).gap is not None and ended != "given up":
+                at = self._hung(motor, at, goal)
             if at.steps >= self.most or parts_of(motor.effects).exact:
                 break
             finer = self._at(motor, at.free, at.speeds, min(2 * at.steps, self.most))
@@ -290,6 +296,27 @@ class Solver:
             if crawled == CRAWLED or astray == ASTRAY:
                 return at, "given up"
         return at, "stopped"
+
+    def _hung(self, motor: Motor, at: "_At", goal: "_Goal") -> "_At":
+        """`at` with its load where in its gap it fits best as pieces begin, and fitted again as long as that helps."""
+        for _ in range(HANGS):
+            begins = self.placed(motor_at(motor, at.free), at.speeds, at.steps)
+            new = self._at(motor, at.free, begins, at.steps)
+            new = self._descended(motor, new, goal)[0]
+            if not square_of(new.residual) < (1 - WIDE_TOLERANCE) * square_of(at.residual):
+                break
+            at = new
+        return at
+
+    def placed(self, motor: Motor, speeds: np.ndarray, steps: int | None = None) -> np.ndarray:
+        """`speeds` (k,) with the place of a load within its gap that fits each piece best which begins at rest."""
+        if parts_of(motor.effects).gap is None or self.moves.all():
+            return speeds
+
+        def residuals(begins: np.ndarray) -> np.ndarray:
+            return self.residuals(together([motor] * len(begins)), begins, steps)
+
+        return fit_initial_places(residuals, speeds, self.piece, self.moves)
 
     def _is_possible(self, motor: Motor, free: np.ndarray) -> bool:
         return self.rig is None or is_possible(motor_at(motor, free), self.rig)

@@ -72,6 +72,8 @@ class Rows(NamedTuple):
     warmth: Float[Array, "n *sequence"] | None = None
     """Where `reset` is true: the winding's relative rise of resistance (`WindingHeating.history`). Without it
     experiments follow each other in the order of their rows, and the winding cools in the time between them."""
+    place: Float[Array, "n *sequence"] | None = None
+    """Where `reset` is true: that of a load within its gap, from -1 to 1. Without it that is the middle."""
 
 
 class AbstractController(eqx.Module):
@@ -150,6 +152,7 @@ class _Row(NamedTuple):
     duration: Scalar
     angle: "_Readings | None"
     warmth: Scalar | None
+    place: Scalar | None
 
 
 class _Readings(NamedTuple):
@@ -216,8 +219,8 @@ class _Setup(NamedTuple):
 
         return elementwise(one, (self.motor, length))
 
-    def resting(self, speed: Scalar) -> tuple[Scalar, ...]:
-        return fresh(self.parts, lag_of(self.motor.linear, self.parts) is not None, speed)
+    def resting(self, speed: Scalar, place: Scalar | None = None) -> tuple[Scalar, ...]:
+        return fresh(self.parts, lag_of(self.motor.linear, self.parts) is not None, speed, place)
 
 
 def simulate_motor(
@@ -281,7 +284,8 @@ def _inputs(rows: Rows, duration: Float[Array, "..."], early: bool) -> _Row:
     angle = None if rows.angle is None else _readings(rows.angle, rows.reset)
     ends = jnp.concatenate([rows.reset[1:], one])
     volts = jnp.where(ends, rows.volts, jnp.roll(rows.volts, -1, axis=0)) if early else rows.volts
-    return _Row(volts, rows.volts, rows.reset, rows.initial_speed, rows.time, pause, lengths, angle, rows.warmth)
+    own = (rows.volts, rows.reset, rows.initial_speed, rows.time)
+    return _Row(volts, *own, pause, lengths, angle, rows.warmth, rows.place)
 
 
 def _readings(angle: Float[Array, "n *sequence"], reset: Bool[Array, "n *sequence"]) -> _Readings:
@@ -398,7 +402,7 @@ def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
         before, pause = tuple(row.warmth for _ in carry.memory), jnp.zeros_like(row.pause)
     effects = zip(setup.parts.memories, before, strict=True)
     new = carry._replace(
-        x=setup.resting(row.speed),
+        x=setup.resting(row.speed, row.place),
         memory=tuple(effect.begin(memory, row.speed, pause) for effect, memory in effects),
         past=jnp.zeros_like(carry.past).at[:1].set(row.own if setup.parts.early else 0.0),
         since=None if carry.since is None else jnp.zeros_like(carry.since),

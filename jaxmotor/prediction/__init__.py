@@ -9,9 +9,12 @@ from jaxmotor.prediction._closed_loop import each as each
 from jaxmotor.prediction._closed_loop import simulate_loops as simulate_loops
 from jaxmotor.prediction._effects import predicted_readings as predicted_readings
 from jaxmotor.prediction._effects import residuals as residuals
+from jaxmotor.prediction._initial_state import PLACES as PLACES
 from jaxmotor.prediction._initial_state import SPEED_STEP as SPEED_STEP
 from jaxmotor.prediction._initial_state import first_speeds as first_speeds
+from jaxmotor.prediction._initial_state import fit_initial_places as fit_initial_places
 from jaxmotor.prediction._initial_state import fit_initial_speeds as fit_initial_speeds
+from jaxmotor.prediction._initial_state import in_motion as in_motion
 from jaxmotor.prediction._initial_state import without_initial_speeds as without_initial_speeds
 from jaxmotor.prediction._initial_state import without_transients as without_transients
 from jaxmotor.prediction._linear import AS_STATED as AS_STATED

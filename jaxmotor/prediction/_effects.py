@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.motor import Motor, Rows, Run, scan_rows, simulate_motor, warmth
 from jaxmotor.motor.effects import SpeedWindow
+from jaxmotor.motor.effects._substep import parts_of
 from jaxmotor.prediction._log import Log
 from jaxmotor.prediction._problem import Problem
 
@@ -22,9 +23,13 @@ def predicted_readings(
 ) -> Float[Array, "row *motors sequence"]:
     """The readings [units] of `motor` whose pieces begin at `speeds` [rad/s]. Rows come first, as they are walked.
 
-    Where what `motor` holds has an axis, there are as many motors.
+    Where what `motor` holds has an axis, there are as many motors. Of a piece that begins at rest `speeds` hold the
+    place of a load within its gap, from -1 to 1, where the motor has one; else nothing that counts.
     """
-    run, problem = _simulated(motor, speeds, log), log.problem
+    problem, places = log.problem, None
+    if parts_of(motor.effects).gap is not None:
+        speeds, places = _apart(speeds, problem)
+    run = _simulated(motor, speeds, places, log)
     if problem.kind == "turn":
         return run.sensed_turn / problem.unit
     chunk = min(CHUNK, len(run.turn))
@@ -42,7 +47,19 @@ def residuals(motors: Motor, speeds: Float[Array, "motors k"], log: Log) -> Floa
     return jnp.where(_by_row(batch.valid), _by_row(batch.observed) - predicted_readings(motors, speeds, log), 0.0)
 
 
-def _simulated(motor: Motor, speeds: Float[Array, "*motors k"], log: Log) -> Run:
+def _apart(
+    begins: Float[Array, "*motors k"], problem: Problem
+) -> tuple[Float[Array, "*motors k"], Float[Array, "*motors k"]]:
+    """`begins` of pieces that begin in motion, and of those that begin at rest; zero in the others."""
+    free, piece = jnp.asarray(problem.batch.free), jnp.asarray(problem.batch.piece)
+    moves = jnp.zeros(begins.shape[-1], bool).at[piece].max(free > 0)
+    moves = jnp.broadcast_to(moves, begins.shape)
+    return jnp.where(moves, begins, 0.0), jnp.where(moves, 0.0, begins)
+
+
+def _simulated(
+    motor: Motor, speeds: Float[Array, "*motors k"], places: Float[Array, "*motors k"] | None, log: Log
+) -> Run:
     """Of all sequences (row, ..., sequence)."""
     batch, each = log.problem.batch, speeds.ndim - 1
     # Lanes do not hold experiments in their order; what is warm is followed through the whole recording instead.
@@ -60,6 +77,7 @@ def _simulated(motor: Motor, speeds: Float[Array, "*motors k"], log: Log) -> Run
         _by_row(log.time, each),
         None if log.angle is None else _by_row(log.angle, each),
         None if rise is None else chosen(rise, log.row),
+        None if places is None else chosen(places, jnp.asarray(batch.piece)),
     )
     motor = jax.tree.map(lambda leaf: leaf[..., None], motor)
     duration = _by_row(batch.duration, each)

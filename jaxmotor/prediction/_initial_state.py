@@ -1,4 +1,5 @@
-"""Where pieces begin: in motion, at a speed that is fitted, and while the voltage before them may still act."""
+"""Where pieces begin: in motion, at a speed that is fitted, and while the voltage before them may still act; at rest,
+with a load anywhere within its gap."""
 
 import dataclasses
 from collections.abc import Callable
@@ -19,6 +20,10 @@ FORGOTTEN = 5.0
 """Time constants after which a filter has forgotten where it began: what is left is less than 1 %."""
 FIRST_ROWS = 3
 """Of a piece, whose readings say at which speed about it begins."""
+PLACES = np.linspace(-1, 1, 8)
+"""Of a load within its gap, from one edge to the other, that are tried."""
+BETWEEN = np.linspace(-0.25, 0.25, 8)
+"""The same about the best of them."""
 
 
 def without_transients(recording: Recording, packed: Packed, filter_s: float = 0.0) -> Packed:
@@ -62,17 +67,45 @@ def first_speeds(log: Log) -> np.ndarray:
     return speeds * float(log.problem.unit) / (duration if log.problem.kind == "turn" else 1.0)
 
 
-def fit_initial_speeds(
-    residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, piece: np.ndarray
+def in_motion(log: Log) -> np.ndarray:
+    """(k,) which pieces begin in motion."""
+    batch = log.problem.batch
+    free = np.zeros(log.problem.pieces + 1, bool)
+    free[np.asarray(batch.piece)[np.asarray(batch.free) > 0]] = True
+    return free
+
+
+def fit_initial_places(
+    residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, piece: np.ndarray, moves: np.ndarray
 ) -> np.ndarray:
-    """The initial speeds (batch, k) [rad/s] that fit each piece best, sought from `start` (batch, k).
+    """`start` (k,) with the place of a load within its gap, -1 to 1, that fits each piece best which begins at rest.
+
+    Nobody measures where it hangs. `residuals` (8, n) of begins (8, k) belong to pieces `piece` (n,), of which some
+    begin in motion (`moves` (k,)). A piece by itself, on a grid: where contacts come and go there are many minima.
+    """
+    best, least = start, _by_piece(residuals(np.repeat(start[None], len(PLACES), axis=0))[:1] ** 2, piece, len(start))
+    for grid in (PLACES, BETWEEN):
+        middle = best if grid is BETWEEN else np.zeros_like(best)
+        tried = np.where(moves, start, np.clip(middle + grid[:, None], -1.0, 1.0))
+        squares = np.concatenate([least, _by_piece(residuals(tried) ** 2, piece, len(start))])
+        number = np.argmin(squares, axis=0)
+        best = np.take_along_axis(np.concatenate([best[None], tried]), number[None], axis=0)[0]
+        least = squares.min(axis=0, keepdims=True)
+    return best
+
+
+def fit_initial_speeds(
+    residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, piece: np.ndarray, moves: np.ndarray
+) -> np.ndarray:
+    """The initial speeds (batch, k) [rad/s] that fit each piece best which `moves` (k,) at first, sought from `start`
+    (batch, k).
 
     `residuals` (2 batch, n) of speeds (2 batch, k) belong to pieces `piece` (n,). Gauss-Newton, a piece by itself.
     """
     speeds, step, least = start, np.zeros_like(start), np.full(start.shape, np.inf)
     for _ in range(ROUNDS):
         tried = speeds + step
-        residual, moved = np.split(residuals(np.concatenate([tried, tried + SPEED_STEP])), 2)
+        residual, moved = np.split(residuals(np.concatenate([tried, tried + SPEED_STEP * moves])), 2)
         square = _by_piece(residual**2, piece, start.shape[1])
         # Near rest friction bends what a speed does; a step that makes a piece worse is not taken.
         better = square < least

@@ -10,13 +10,30 @@ from jaxmotor._programs import Arrays, program
 from jaxmotor.estimate import Model
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import WindingHeating
-from jaxmotor.prediction import Log, Packed, first_speeds, fit_initial_speeds, log_of, pack, residuals
+from jaxmotor.motor.effects._substep import parts_of
+from jaxmotor.prediction import (
+    PLACES,
+    Log,
+    Packed,
+    first_speeds,
+    fit_initial_places,
+    fit_initial_speeds,
+    in_motion,
+    log_of,
+    pack,
+    residuals,
+)
 from jaxmotor.recording import Recording
 
 
 def is_heated(motor: Motor) -> bool:
     """It has a law of its winding's warmth."""
     return any(isinstance(effect, WindingHeating) for effect in motor.effects)
+
+
+def has_gap(motor: Motor) -> bool:
+    """Within it a load may be anywhere as a piece begins."""
+    return parts_of(motor.effects).gap is not None
 
 
 def whole_log(motor: Motor, recording: Recording, packed: Packed) -> Log:
@@ -35,22 +52,38 @@ def residuals_program(motors: Motor, speeds: Float[Array, "batch k"], log: Log) 
 
 
 def simulate_freely(motors: Motor, log: Log) -> tuple[np.ndarray, np.ndarray]:
-    """Initial speed of each piece (batch, k) [rad/s], and measured minus simulated (motor, sequence, row) [units].
+    """How each piece begins (batch, k): its speed [rad/s], or at rest the place of a load within its gap (-1 to 1); and
+    measured minus simulated (motor, sequence, row) [units].
 
-    A piece whose initial speed is not known begins at the one that fits it best.
+    A piece whose begin is not known has the one that fits it best.
     """
     number = len(np.asarray(motors.linear.gain))
-    speeds = np.repeat(first_speeds(log)[None], number, axis=0)
-    if not np.any(log.problem.batch.free):
-        return speeds, _residuals(motors, speeds, log)
-    twice = jax.tree.map(lambda leaf: jnp.concatenate([leaf, leaf]), motors)
+    begins, moves = np.repeat(first_speeds(log)[None], number, axis=0), in_motion(log)
+    piece, times = np.asarray(log.problem.batch.piece).reshape(-1), 2 if moves.any() else 1
+
+    def residuals(tried: np.ndarray) -> np.ndarray:
+        """Of each motor as often as there are begins tried for it."""
+        some = jax.tree.map(lambda leaf: jnp.tile(leaf, len(tried) // number), motors)
+        return _residuals(some, tried, log)
+
+    if moves.any():
+        begins = fit_initial_speeds(lambda tried: residuals(tried).reshape(len(tried), -1), begins, piece, moves)
+    if has_gap(motors):
+        begins = np.stack(
+            [_placed(jax.tree.map(lambda leaf, k=k: leaf[k], motors), begins[k], log) for k in range(number)]
+        )
+    return begins, residuals(np.tile(begins, (times, 1)))[:number]
+
+
+def _placed(motor: Motor, begins: np.ndarray, log: Log) -> np.ndarray:
+    """`begins` (k,) with the load of `motor` where in its gap it fits best."""
+    alike = jax.tree.map(lambda leaf: jnp.repeat(leaf, len(PLACES)), motor)
     piece = np.asarray(log.problem.batch.piece).reshape(-1)
 
-    def residual(tried: np.ndarray) -> np.ndarray:
-        return _residuals(twice, tried, log).reshape(len(tried), -1)
+    def residuals(tried: np.ndarray) -> np.ndarray:
+        return _residuals(alike, tried, log).reshape(len(tried), -1)
 
-    speeds = fit_initial_speeds(residual, speeds, piece)
-    return speeds, _residuals(twice, np.concatenate([speeds, speeds]), log)[:number]
+    return fit_initial_places(residuals, begins, piece, in_motion(log))
 
 
 def _residuals(motors: Motor, speeds: np.ndarray, log: Log) -> np.ndarray:
@@ -58,7 +91,7 @@ def _residuals(motors: Motor, speeds: np.ndarray, log: Log) -> np.ndarray:
 
 
 def simulate_model(model: Model, recording: Recording, packed: Packed) -> tuple[np.ndarray, np.ndarray]:
-    """Initial speed of each piece (k,) [rad/s], and residual (sequence, row) [units] of `model` alone."""
+    """How each piece begins (k,), and residual (sequence, row) [units] of `model` alone (`simulate_freely`)."""
     alone = jax.tree.map(lambda leaf: to_jax(leaf[None]), model.whole)
-    speeds, residual = simulate_freely(alone, whole_log(model.whole, recording, packed))
-    return speeds[0], residual[0]
+    begins, residual = simulate_freely(alone, whole_log(model.whole, recording, packed))
+    return begins[0], residual[0]

@@ -14,7 +14,7 @@ from jaxmotor.motor import Motor
 from jaxmotor.prediction import Log, Packed, Problem, bucket, pack, predicted_readings
 from jaxmotor.recording import Recording, Segment, lost_ticks
 from jaxmotor.validation._drawn_motors import draw_motors
-from jaxmotor.validation._free_simulation import simulate_model, whole_log
+from jaxmotor.validation._free_simulation import has_gap, simulate_model, whole_log
 
 BATCH = 32
 """Motors that are simulated side by side."""
@@ -100,7 +100,7 @@ def means_of_trials(
     """
     log = whole_log(model.whole, recording, trials.packed)
     speeds = np.zeros(trials.packed.pieces + 1)
-    if np.any(trials.packed.batch.free):
+    if np.any(trials.packed.batch.free) or has_gap(model.whole):
         speeds, _ = simulate_model(model, recording, trials.packed)
     of_motors, of_encoder = jax.random.split(key)
     keys = jax.random.key_data(jax.random.split(of_encoder, number))

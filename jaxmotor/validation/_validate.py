@@ -14,6 +14,7 @@ from jaxmotor.validation._averaged import as_averaged
 from jaxmotor.validation._closed_loop import validate_closed_loop
 from jaxmotor.validation._controller import Controller, controller_of
 from jaxmotor.validation._drawn_motors import check_covariance
+from jaxmotor.validation._free_simulation import has_gap
 from jaxmotor.validation._locked import in_place
 from jaxmotor.validation._open_loop import has_pieces, score_open_loop
 from jaxmotor.validation._steps import validate_steps
@@ -153,6 +154,8 @@ def _notes(model: Model, recording: Recording, plan: _Plan) -> list[str]:
             "the model comes from a recording of this name, but none of its segments is found again; if the data "
             "were edited since, these scores are not of held-out data"
         )
+    if has_gap(model.whole):
+        notes.append("where in its gap the load is as a segment begins is fitted to these data: one number each")
     if model.offset_V:
         notes.append(
             f"every simulation includes the voltage offset of {1e3 * model.offset_V:.3g} mV of the rig that the model "

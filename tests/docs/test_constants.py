@@ -24,4 +24,4 @@ def test_every_constant_says_what_it_is(folder):
 def test_numbers_with_names_are_found_whatever_their_form():
     values = {one.names: one.value for folder in FOLDERS for one in constants(folder)}
     assert values["NAMED"] == "0.9" and values["OF_NAME, OF_FAMILY"] == "(Logistic(0.018, 1.8), Logistic(0.29, 1.2))"
-    assert values["SPREADS"] == "(0.03, 0.08, 0.2)" and values["KEPT"] == "2 / 3"
+    assert values["RESOLUTIONS_S"] == "(0.01, 0.001)" and values["KEPT"] == "2 / 3"

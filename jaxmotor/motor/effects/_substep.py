@@ -49,6 +49,11 @@ class Parts(NamedTuple):
         return any(effect.early for effect in self.delays)
 
     @property
+    def gap(self) -> Scalar | None:
+        """Within which the load moves freely [rad]; None without one."""
+        return self.loads[0].load().gap if self.loads else None
+
+    @property
     def exact(self) -> bool:
         """Nothing changes within a tick but what moves exactly, and a load in steps of its own."""
         return not (self.windings or self.torques or self.frictions or self.counts or self.memories)
@@ -136,10 +141,11 @@ class Moved(NamedTuple):
     current: Scalar
 
 
-def fresh(parts: Parts, has_lag: bool, speed: Scalar) -> tuple[Scalar, ...]:
-    """A motor that runs at `speed` without current and without twist."""
-    zero = jnp.zeros_like(speed)
-    return (speed, *([zero] if has_lag else []), *([speed, zero] if parts.loads else []))
+def fresh(parts: Parts, has_lag: bool, speed: Scalar, place: Scalar | None = None) -> tuple[Scalar, ...]:
+    """A motor that runs at `speed` without current and without twist, but for a load's `place` within its gap."""
+    zero, gap = jnp.zeros_like(speed), parts.gap
+    twist = zero if place is None or gap is None else zero + place * gap / 2
+    return (speed, *([zero] if has_lag else []), *([speed, twist] if parts.loads else []))
 
 
 class Place(NamedTuple):
