@@ -95,63 +95,50 @@ def _means(equations: Equations, duration: Scalar) -> Matrix:
     states = [name for name in equations if "w" in equations[name] and not name.startswith("mean")]
     inputs = [name for name in equations if not (name in states or name.startswith("mean"))]
 
-    def factors(rows: list[str], columns: list[str], times: Scalar | float = 1.0) -> Square:
-        return [[equations[row].get(column, zero) * times for column in columns] for row in rows]
+    def factors(rows: list[str], columns: list[str]) -> Matrix:
+        return jnp.stack([jnp.stack([zero + equations[row].get(name, 0.0) for name in columns]) for row in rows])
 
-    grown, first, second = _functions(factors(states, states, duration))
-    driven = factors(states, inputs, duration)
-    end = [own + by for own, by in zip(_plus_one(grown), _product(first, driven), strict=True)]
-    means = [own + by for own, by in zip(first, _product(second, driven), strict=True)]
+    grown, first, second = _functions(duration * factors(states, states))
+    driven = duration * factors(states, inputs)
+    end = jnp.concatenate([grown + jnp.eye(len(states), dtype=zero.dtype), _product(first, driven)], axis=1)
+    means = jnp.concatenate([first, _product(second, driven)], axis=1)
     shown, at_once = factors(["mean w", "mean q"], states), factors(["mean w", "mean q"], inputs)
-    for direct, row in zip(at_once, _product(shown, means), strict=True):
-        end.append([*row[: len(states)], *map(jnp.add, row[len(states) :], direct)])
-    return jnp.stack([jnp.stack(row) for row in end])
+    none = jnp.zeros_like(shown)
+    return jnp.concatenate([end, _product(shown, means) + jnp.concatenate([none, at_once], axis=1)])
 
 
-Square = list[list[Scalar]]
-"""A small matrix of numbers, so that arrays in their place are computed side by side, whatever their axes."""
-
-
-def _functions(matrix: Square) -> tuple[Square, Square, Square]:
+def _functions(matrix: Matrix) -> tuple[Matrix, Matrix, Matrix]:
     """exp(z) - 1, φ1(z) and φ2(z), from the series at z/2^s; 1 is kept apart so that no digit of it is lost.
 
     exp(2z) - 1 = (exp(z) - 1) (2 + exp(z) - 1),   φ1(2z) = φ1(z) (1 + exp(z))/2,   φ2(2z) = (φ1(z)² + 2 φ2(z))/4
     """
-    part = _scaled(matrix, 0.5**HALVINGS)
+    one, part = jnp.eye(len(matrix), dtype=matrix.dtype), 0.5**HALVINGS * matrix
 
-    def nested(k: Int[Array, ""], second: Square) -> Square:
-        return _scaled(_plus_one(_scaled(_product(part, second), 2 / (TERMS + 1 - k))), 0.5)
+    def nested(k: Int[Array, ""], second: Matrix) -> Matrix:
+        return 0.5 * (one + 2 / (TERMS + 1 - k) * _product(part, second))
 
-    second = jax.lax.fori_loop(0, TERMS - 1, nested, _scaled(_plus_one(_scaled(part, 1 / (TERMS + 2))), 0.5))
-    first = _plus_one(_product(part, second))
-    grown = _product(part, first)
+    second = jax.lax.fori_loop(0, TERMS - 1, nested, 0.5 * (one + 1 / (TERMS + 2) * part))
+    first = one + _product(part, second)
 
-    def twice(_: Int[Array, ""], now: tuple[Square, Square, Square]) -> tuple[Square, Square, Square]:
+    def twice(_: Int[Array, ""], now: tuple[Matrix, Matrix, Matrix]) -> tuple[Matrix, Matrix, Matrix]:
         grown, first, second = now
         return (
-            _sum(_scaled(grown, 2.0), _product(grown, grown)),
-            _sum(first, _scaled(_product(first, grown), 0.5)),
-            _sum(_scaled(second, 0.5), _scaled(_product(first, first), 0.25)),
+            2 * grown + _product(grown, grown),
+            first + 0.5 * _product(first, grown),
+            0.5 * second + 0.25 * _product(first, first),
         )
 
-    return jax.lax.fori_loop(0, HALVINGS, twice, (grown, first, second))
+    return jax.lax.fori_loop(0, HALVINGS, twice, (_product(part, first), first, second))
 
 
-def _product(a: Square, b: Square) -> Square:
-    columns = list(zip(*b, strict=True))
-    return [[sum(map(jnp.multiply, row[1:], column[1:]), row[0] * column[0]) for column in columns] for row in a]
+def _product(a: Matrix, b: Matrix) -> Matrix:
+    """Column by column of `a` times row by row of `b`: small matrices side by side are multiplied in one go, which
+    calls of a library for each of them would not be."""
 
+    def outer(k: int) -> Matrix:
+        return jax.lax.slice_in_dim(a, k, k + 1, axis=1) * jax.lax.slice_in_dim(b, k, k + 1, axis=0)
 
-def _sum(a: Square, b: Square) -> Square:
-    return [list(map(jnp.add, *rows)) for rows in zip(a, b, strict=True)]
-
-
-def _scaled(matrix: Square, factor: Scalar | float) -> Square:
-    return [[factor * value for value in row] for row in matrix]
-
-
-def _plus_one(matrix: Square) -> Square:
-    return [[value + 1.0 if i == j else value for j, value in enumerate(row)] for i, row in enumerate(matrix)]
+    return sum(map(outer, range(1, len(b))), outer(0))
 
 
 def cells(matrix: Matrix) -> Cells:
