@@ -101,6 +101,8 @@ class Search:
         self.challenged: list[Fitted] = []
         """Those in which effects that are alike have been tried in each other's place."""
         self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
+        self.smooth: dict[Fitted, Fitted] = {}
+        """What `_smoothed` made of them, which is smooth itself."""
         self.repeats = Repeats(solver)
 
     def run(self, last: Callable[[Fitted], None]) -> Found:
@@ -132,7 +134,8 @@ class Search:
             if better is fitted:
                 break
             fitted = better
-        fitted = self._known(self._likely(fitted))
+        self.visited.keep([self._smoothed(fitted)])
+        fitted = self._known(self._likely(self.visited.fitted[frozenset(fitted.names)]))
         named = tuple(self._leveled(self._named(fitted, name)) for name in self._causes(fitted))
         last = self._refined(fitted) if named else self.linear
         share = self.explained.share_left(last, self.linear.chi2)
@@ -436,9 +439,16 @@ class Search:
 
     def _refined(self, fitted: Fitted) -> Fitted:
         """`fitted` to the end, if that is a motor that the rig can have."""
-        found = self._level(fitted)
-        found = smoothed(self.solver, found, COARSE) if is_wide(found.template.effects) else found
+        found = self._level(self._smoothed(fitted))
         return found if is_possible(found.motor, self.rig) else fitted
+
+    def _smoothed(self, fitted: Fitted) -> Fitted:
+        """`fitted`; a law with contacts has the sizes that fit best on average over others near them."""
+        if fitted not in self.smooth:
+            wide = is_wide(fitted.template.effects)
+            found = smoothed(self.solver, fitted, COARSE) if wide else fitted
+            self.smooth |= {fitted: found, found: found}
+        return self.smooth[fitted]
 
     def _level(self, fitted: Fitted) -> Fitted:
         """`fitted` to the end; its curve over the speed without what others do as well, where that is so."""
