@@ -52,8 +52,8 @@ def scored(
 
 
 def begins(solver: Solver, motor: Motor, speeds: np.ndarray | None = None) -> np.ndarray:
-    """The initial speed of each piece that fits it best under `motor` [rad/s]; where it begins at rest zero, or the
-    place of a load within its gap."""
+    """How each piece begins under `motor`: at the speed that fits it best [rad/s], or at rest; and with the place of a
+    load within its gap that does."""
     found = solver.starts if speeds is None else speeds
     if solver.free_pieces:
         of_pair = functools.partial(solver.residuals, together([motor, motor]))

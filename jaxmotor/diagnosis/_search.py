@@ -134,8 +134,10 @@ class Search:
             if better is fitted:
                 break
             fitted = better
-        self.visited.keep([self._smoothed(fitted)])
-        fitted = self._known(self._likely(self.visited.fitted[frozenset(fitted.names)]))
+        if is_wide(fitted.template.effects):
+            self.visited.keep([self._smoothed(fitted)])
+            fitted = self.visited.fitted.get(frozenset(fitted.names), fitted)
+        fitted = self._known(self._likely(fitted))
         named = tuple(self._leveled(self._named(fitted, name)) for name in self._causes(fitted))
         last = self._refined(fitted) if named else self.linear
         share = self.explained.share_left(last, self.linear.chi2)
@@ -149,14 +151,12 @@ class Search:
         """
         self.tried |= {names - before.own for names in before.tried}
         self.shared |= {names - before.own for names in before.shared}
-        pieces = len(self.linear.speeds)
 
         def fit(known: Fitted) -> Fitted:
             motor = known.motor
             for name in before.own - self.own:
                 motor = without_effect(motor, name)
-            speeds = known.speeds if len(known.speeds) == pieces else None
-            return self.solver.fit(motor, speeds, COARSE, AGAIN)
+            return self.solver.fit(motor, self.solver.of_these(known.speeds), COARSE, AGAIN)
 
         self.visited.keep(side_by_side(fit, before.worth_keeping()))
         return self.as_found(self.visited.best())

@@ -37,7 +37,15 @@ from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import Rig
 from jaxmotor.motor.effects._substep import parts_of
-from jaxmotor.prediction import SPEED_STEP, first_speeds, fit_initial_places, in_motion, without_initial_speeds
+from jaxmotor.prediction import (
+    SPEED_STEP,
+    as_begins,
+    faster,
+    first_speeds,
+    fit_initial_places,
+    in_motion,
+    without_initial_speeds,
+)
 
 STEPS = 25
 """Of a fit at most."""
@@ -78,7 +86,8 @@ class Fitted:
     template: Motor
     free: Float[np.ndarray, " p"]
     speeds: Float[np.ndarray, " k"]
-    """At which each piece begins that begins in motion [rad/s]; of others the place of a load within its gap."""
+    """How pieces begin: at which speed [rad/s], which counts where it is free; with a gap (2k,) at which place in that,
+    too."""
     residual: Float[np.ndarray, " n"]
     """Drift of the rows [standard deviations of the encoder's own]."""
     jacobian: Float[np.ndarray, "n p"]
@@ -157,6 +166,7 @@ class Solver:
 
     def residuals(self, motors: Motor, speeds: np.ndarray, steps: int | None = None) -> np.ndarray:
         """(k, n) filtered residuals of motors whose leaves are (k,), simulated in `steps` per row (None: `most`)."""
+        speeds = as_begins(speeds, len(self.starts), motors)
         leaves, tree = jax.tree.flatten((self._shared(motors), speeds))
 
         def part(begin: int) -> np.ndarray:
@@ -169,6 +179,7 @@ class Solver:
 
     def residual_of(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(sequence, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
+        speeds = as_begins(speeds, len(self.starts), motor)
         found = self._program(*jax.tree.flatten((self._shared(together([motor])), speeds[None])))
         return np.asarray(found["plain"])[:, 0].T, self.rows(found["drift"])[0]
 
@@ -204,7 +215,7 @@ class Solver:
         frees = np.concatenate([*begins, free[None]] if self.free_pieces else begins)
         starts = np.repeat(speeds[None], len(frees), axis=0)
         if self.free_pieces:
-            starts[-1] += SPEED_STEP * self.moves
+            starts[-1] = faster(starts[-1], SPEED_STEP * self.moves)
         found = self.residuals(motors_at(template, frees), starts, steps)
         p = len(free)
         # Wild motors overflow; a step that leads to one is not taken.
@@ -237,12 +248,12 @@ class Solver:
         `tolerance` allows (of chi2, or of 1 where that is less), or `ROUGH` where the fit is given up.
         """
         self.request.trying(tuple(effect.name for effect in motor.effects))
-        speeds = self.starts if speeds is None else speeds
+        speeds = as_begins(self.starts if speeds is None else speeds, len(self.starts), motor)
         goal = _Goal(tolerance, steps, bar, far, ties)
         at = self._at(motor, free_of(motor), speeds, self.most if self.most <= FEW else 1)
         while True:
             at, ended = self._descended(motor, at, goal)
-            if parts_of(motor.effects).gap is not None and ended != "given up":
+            if parts_of(motor.effects).has_gap and ended != "given up":
                 at = self._hung(motor, at, goal)
             if at.steps >= self.most or parts_of(motor.effects).exact:
                 break
@@ -309,14 +320,17 @@ class Solver:
         return at
 
     def placed(self, motor: Motor, speeds: np.ndarray, steps: int | None = None) -> np.ndarray:
-        """`speeds` (k,) with the place of a load within its gap that fits each piece best which begins at rest."""
-        if parts_of(motor.effects).gap is None or self.moves.all():
-            return speeds
+        """`speeds` with the place of a load within its gap that fits each piece best."""
+        speeds = as_begins(speeds, len(self.starts), motor)
 
         def residuals(begins: np.ndarray) -> np.ndarray:
             return self.residuals(together([motor] * len(begins)), begins, steps)
 
-        return fit_initial_places(residuals, speeds, self.piece, self.moves)
+        return speeds if len(speeds) == len(self.starts) else fit_initial_places(residuals, speeds, self.piece)
+
+    def of_these(self, speeds: np.ndarray) -> np.ndarray | None:
+        """`speeds` of another log, if that has as many pieces."""
+        return speeds if len(speeds) in (len(self.starts), 2 * len(self.starts)) else None
 
     def _is_possible(self, motor: Motor, free: np.ndarray) -> bool:
         return self.rig is None or is_possible(motor_at(motor, free), self.rig)
@@ -356,7 +370,7 @@ class Solver:
         """`at` after the step, or after the best of the shorter ones; None where none of them helps."""
         before = self._cost(at, layout)
         ones, speeds = zip(*step.shorter(), strict=True)
-        frees, starts = moved(motor, at.free, np.stack(ones)), np.stack([at.speeds + one for one in speeds])
+        frees, starts = moved(motor, at.free, np.stack(ones)), np.stack([faster(at.speeds, one) for one in speeds])
         if not at.shortened:
             whole = self._at(motor, frees[0], starts[0], at.steps)
             if self._cost(whole, layout) < before:

@@ -145,8 +145,7 @@ def _unstated(recording: Recording, near: Fitted, request: Request) -> Study:
 
 def _fitted(study: Study, near: Fitted, length_s: float) -> Fitted:
     """The motor of `near` with a window, fitted from that `length_s`."""
-    starts = near.speeds if len(near.speeds) == len(study.solver.starts) else None
-    return study.solver.fit(with_window(near.motor, length_s), starts, COARSE)
+    return study.solver.fit(with_window(near.motor, length_s), study.solver.of_these(near.speeds), COARSE)
 
 
 def with_window(motor: Motor, length_s: float) -> Motor:

@@ -11,6 +11,8 @@ from jaxmotor.prediction._effects import predicted_readings as predicted_reading
 from jaxmotor.prediction._effects import residuals as residuals
 from jaxmotor.prediction._initial_state import PLACES as PLACES
 from jaxmotor.prediction._initial_state import SPEED_STEP as SPEED_STEP
+from jaxmotor.prediction._initial_state import as_begins as as_begins
+from jaxmotor.prediction._initial_state import faster as faster
 from jaxmotor.prediction._initial_state import first_speeds as first_speeds
 from jaxmotor.prediction._initial_state import fit_initial_places as fit_initial_places
 from jaxmotor.prediction._initial_state import fit_initial_speeds as fit_initial_speeds

@@ -10,7 +10,6 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.motor import Motor, Rows, Run, scan_rows, simulate_motor, warmth
 from jaxmotor.motor.effects import SpeedWindow
-from jaxmotor.motor.effects._substep import parts_of
 from jaxmotor.prediction._log import Log
 from jaxmotor.prediction._problem import Problem
 
@@ -19,17 +18,15 @@ CHUNK = 128
 
 
 def predicted_readings(
-    motor: Motor, speeds: Float[Array, "*motors k"], log: Log
+    motor: Motor, begins: Float[Array, "*motors k"], log: Log
 ) -> Float[Array, "row *motors sequence"]:
-    """The readings [units] of `motor` whose pieces begin at `speeds` [rad/s]. Rows come first, as they are walked.
+    """The readings [units] of `motor` whose pieces begin as `begins` say: first the speed of each [rad/s], then for a
+    motor that has one the place of the load within its gap, from -1 to 1. Rows come first, as they are walked.
 
-    Where what `motor` holds has an axis, there are as many motors. Of a piece that begins at rest `speeds` hold the
-    place of a load within its gap, from -1 to 1, where the motor has one; else nothing that counts.
+    Where what `motor` holds has an axis, there are as many motors.
     """
-    problem, places = log.problem, None
-    if parts_of(motor.effects).gap is not None:
-        speeds, places = _apart(speeds, problem)
-    run = _simulated(motor, speeds, places, log)
+    problem, speeds, places = log.problem, *jnp.split(begins, [log.problem.pieces + 1], axis=-1)
+    run = _simulated(motor, speeds, places if places.shape[-1] else None, log)
     if problem.kind == "turn":
         return run.sensed_turn / problem.unit
     chunk = min(CHUNK, len(run.turn))
@@ -41,20 +38,10 @@ def predicted_readings(
     return read / problem.unit
 
 
-def residuals(motors: Motor, speeds: Float[Array, "motors k"], log: Log) -> Float[Array, "row motors sequence"]:
+def residuals(motors: Motor, begins: Float[Array, "motors k"], log: Log) -> Float[Array, "row motors sequence"]:
     """Measured minus predicted [units] of each of a batch of motors; zero where nothing was measured."""
     batch = log.problem.batch
-    return jnp.where(_by_row(batch.valid), _by_row(batch.observed) - predicted_readings(motors, speeds, log), 0.0)
-
-
-def _apart(
-    begins: Float[Array, "*motors k"], problem: Problem
-) -> tuple[Float[Array, "*motors k"], Float[Array, "*motors k"]]:
-    """`begins` of pieces that begin in motion, and of those that begin at rest; zero in the others."""
-    free, piece = jnp.asarray(problem.batch.free), jnp.asarray(problem.batch.piece)
-    moves = jnp.zeros(begins.shape[-1], bool).at[piece].max(free > 0)
-    moves = jnp.broadcast_to(moves, begins.shape)
-    return jnp.where(moves, begins, 0.0), jnp.where(moves, 0.0, begins)
+    return jnp.where(_by_row(batch.valid), _by_row(batch.observed) - predicted_readings(motors, begins, log), 0.0)
 
 
 def _simulated(

@@ -1,11 +1,17 @@
-"""Where pieces begin: in motion, at a speed that is fitted, and while the voltage before them may still act; at rest,
-with a load anywhere within its gap."""
+"""How pieces begin: in motion at a speed that is fitted, while the voltage before them may still act; and with a load
+anywhere within its gap.
+
+Begins (k,) are the speed of each piece [rad/s], zero at rest; for motors with a gap (2k,) followed by the place of the
+load within it, from -1 to 1.
+"""
 
 import dataclasses
 from collections.abc import Callable
 
 import numpy as np
 
+from jaxmotor.motor import Motor
+from jaxmotor.motor.effects._substep import parts_of
 from jaxmotor.prediction._log import Log
 from jaxmotor.prediction._packing import Packed
 from jaxmotor.recording import Recording
@@ -75,37 +81,46 @@ def in_motion(log: Log) -> np.ndarray:
     return free
 
 
-def fit_initial_places(
-    residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, piece: np.ndarray, moves: np.ndarray
-) -> np.ndarray:
-    """`start` (k,) with the place of a load within its gap, -1 to 1, that fits each piece best which begins at rest.
+def as_begins(begins: np.ndarray, pieces: int, motor: Motor) -> np.ndarray:
+    """`begins` (..., k or 2k) of k = `pieces` as those of `motor`: of a load that they do not know in the middle."""
+    if not parts_of(motor.effects).has_gap:
+        return begins[..., :pieces]
+    return begins if begins.shape[-1] > pieces else np.concatenate([begins, np.zeros_like(begins)], axis=-1)
 
-    Nobody measures where it hangs. `residuals` (8, n) of begins (8, k) belong to pieces `piece` (n,), of which some
-    begin in motion (`moves` (k,)). A piece by itself, on a grid: where contacts come and go there are many minima.
+
+def fit_initial_places(
+    residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, piece: np.ndarray
+) -> np.ndarray:
+    """`start` (2k,) with the places that fit each piece best.
+
+    Nobody measures where a load is. `residuals` (8, n) of begins (8, 2k) belong to pieces `piece` (n,). A piece by
+    itself, on a grid: where contacts come and go there are many minima.
     """
-    best, least = start, _by_piece(residuals(np.repeat(start[None], len(PLACES), axis=0))[:1] ** 2, piece, len(start))
+    tried = np.repeat(start[None], len(PLACES), axis=0)
+    speeds, best = np.split(tried, 2, axis=1)
+    least = _by_piece(residuals(tried)[:1] ** 2, piece, best.shape[1])
     for grid in (PLACES, BETWEEN):
-        middle = best if grid is BETWEEN else np.zeros_like(best)
-        tried = np.where(moves, start, np.clip(middle + grid[:, None], -1.0, 1.0))
-        squares = np.concatenate([least, _by_piece(residuals(tried) ** 2, piece, len(start))])
-        number = np.argmin(squares, axis=0)
-        best = np.take_along_axis(np.concatenate([best[None], tried]), number[None], axis=0)[0]
-        least = squares.min(axis=0, keepdims=True)
-    return best
+        places = np.clip(grid[:, None] + (best if grid is BETWEEN else 0.0), -1.0, 1.0)
+        places = np.broadcast_to(places, best.shape)
+        squares = _by_piece(residuals(np.concatenate([speeds, places], axis=1)) ** 2, piece, best.shape[1])
+        squares, places = np.concatenate([least, squares]), np.concatenate([best[:1], places])
+        chosen = np.argmin(squares, axis=0)[None]
+        least = np.take_along_axis(squares, chosen, axis=0)
+        best = np.repeat(np.take_along_axis(places, chosen, axis=0), len(PLACES), axis=0)
+    return np.concatenate([speeds[0], best[0]])
 
 
 def fit_initial_speeds(
     residuals: Callable[[np.ndarray], np.ndarray], start: np.ndarray, piece: np.ndarray, moves: np.ndarray
 ) -> np.ndarray:
-    """The initial speeds (batch, k) [rad/s] that fit each piece best which `moves` (k,) at first, sought from `start`
-    (batch, k).
+    """`start` (batch, k or 2k) with the speeds that fit each piece best which `moves` (k,) at first.
 
-    `residuals` (2 batch, n) of speeds (2 batch, k) belong to pieces `piece` (n,). Gauss-Newton, a piece by itself.
+    `residuals` (2 batch, n) of begins as many belong to pieces `piece` (n,). Gauss-Newton, a piece by itself.
     """
     speeds, step, least = start, np.zeros_like(start), np.full(start.shape, np.inf)
     for _ in range(ROUNDS):
         tried = speeds + step
-        residual, moved = np.split(residuals(np.concatenate([tried, tried + SPEED_STEP * moves])), 2)
+        residual, moved = np.split(residuals(np.concatenate([tried, faster(tried, SPEED_STEP * moves)])), 2)
         square = _by_piece(residual**2, piece, start.shape[1])
         # Near rest friction bends what a speed does; a step that makes a piece worse is not taken.
         better = square < least
@@ -115,6 +130,14 @@ def fit_initial_speeds(
         right = _by_piece(column * residual, piece, start.shape[1])
         step = np.where(better, -right / np.where(size > 1e-12, size, np.inf), 0.5 * step)
     return speeds
+
+
+def faster(begins: np.ndarray, by: np.ndarray | float) -> np.ndarray:
+    """`begins` (..., k or 2k) with speeds that are greater `by` (..., k) [rad/s]."""
+    more = np.zeros_like(begins)
+    speeds = more[..., : np.shape(by)[-1]] if np.ndim(by) else more
+    speeds += by
+    return begins + more
 
 
 def without_initial_speeds(

@@ -15,6 +15,7 @@ from jaxmotor.prediction import (
     PLACES,
     Log,
     Packed,
+    as_begins,
     first_speeds,
     fit_initial_places,
     fit_initial_speeds,
@@ -33,7 +34,7 @@ def is_heated(motor: Motor) -> bool:
 
 def has_gap(motor: Motor) -> bool:
     """Within it a load may be anywhere as a piece begins."""
-    return parts_of(motor.effects).gap is not None
+    return parts_of(motor.effects).has_gap
 
 
 def whole_log(motor: Motor, recording: Recording, packed: Packed) -> Log:
@@ -52,13 +53,13 @@ def residuals_program(motors: Motor, speeds: Float[Array, "batch k"], log: Log) 
 
 
 def simulate_freely(motors: Motor, log: Log) -> tuple[np.ndarray, np.ndarray]:
-    """How each piece begins (batch, k): its speed [rad/s], or at rest the place of a load within its gap (-1 to 1); and
-    measured minus simulated (motor, sequence, row) [units].
+    """How each piece begins (batch, k): its speed [rad/s], for motors with a gap (batch, 2k) also the place of the load
+    in that (-1 to 1); and measured minus simulated (motor, sequence, row) [units].
 
-    A piece whose begin is not known has the one that fits it best.
+    What is not known of that is as it fits the piece best.
     """
-    number = len(np.asarray(motors.linear.gain))
-    begins, moves = np.repeat(first_speeds(log)[None], number, axis=0), in_motion(log)
+    number, speeds = len(np.asarray(motors.linear.gain)), first_speeds(log)
+    begins, moves = np.repeat(as_begins(speeds, len(speeds), motors)[None], number, axis=0), in_motion(log)
     piece, times = np.asarray(log.problem.batch.piece).reshape(-1), 2 if moves.any() else 1
 
     def residuals(tried: np.ndarray) -> np.ndarray:
@@ -69,21 +70,19 @@ def simulate_freely(motors: Motor, log: Log) -> tuple[np.ndarray, np.ndarray]:
     if moves.any():
         begins = fit_initial_speeds(lambda tried: residuals(tried).reshape(len(tried), -1), begins, piece, moves)
     if has_gap(motors):
-        begins = np.stack(
-            [_placed(jax.tree.map(lambda leaf, k=k: leaf[k], motors), begins[k], log) for k in range(number)]
-        )
+        each = [jax.tree.map(lambda leaf, k=k: leaf[k], motors) for k in range(number)]
+        begins = np.stack([_placed(motor, own, log) for motor, own in zip(each, begins, strict=True)])
     return begins, residuals(np.tile(begins, (times, 1)))[:number]
 
 
 def _placed(motor: Motor, begins: np.ndarray, log: Log) -> np.ndarray:
-    """`begins` (k,) with the load of `motor` where in its gap it fits best."""
+    """`begins` (2k,) with the load of `motor` where in its gap it fits best."""
     alike = jax.tree.map(lambda leaf: jnp.repeat(leaf, len(PLACES)), motor)
-    piece = np.asarray(log.problem.batch.piece).reshape(-1)
 
     def residuals(tried: np.ndarray) -> np.ndarray:
         return _residuals(alike, tried, log).reshape(len(tried), -1)
 
-    return fit_initial_places(residuals, begins, piece, in_motion(log))
+    return fit_initial_places(residuals, begins, np.asarray(log.problem.batch.piece).reshape(-1))
 
 
 def _residuals(motors: Motor, speeds: np.ndarray, log: Log) -> np.ndarray:

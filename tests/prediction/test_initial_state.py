@@ -7,38 +7,61 @@ import pytest
 
 from jaxmotor.motor import Motor, Rows, SecondOrder, simulate_motor
 from jaxmotor.motor.effects import EFFECTS
-from jaxmotor.prediction import PLACES, fit_initial_places
+from jaxmotor.prediction import PLACES, as_begins, fit_initial_places, fit_initial_speeds
 
 GAIN, POLE, GAP_RAD, RATIO, PERIOD_S = 10.0, 20.0, 0.2, 0.5, 0.002
 PIECE = np.repeat([0, 1, 2], 40)
-TRUE = np.array([-0.93, 0.31, 7.0, 0.0])
+SPEEDS, PLACE = np.array([0.0, 9.0, 0.0, 0.0]), np.array([-0.93, 0.31, 0.6, 0.0])
+"""Of pieces, of which rows know but three."""
 
 
 def residuals(begins: np.ndarray) -> np.ndarray:
-    """Of each row by how far its piece's begin is off; there are more pieces than rows know of."""
-    return (begins - TRUE)[:, PIECE] + 0.01
+    """Of each row by how far its piece's place is off."""
+    assert np.array_equal(begins[:, :4], np.broadcast_to(SPEEDS, (len(begins), 4)))
+    return (begins[:, 4:] - PLACE)[:, PIECE] + 0.01
 
 
-def test_a_piece_at_rest_has_the_place_that_fits_it():
-    found = fit_initial_places(residuals, np.array([0.0, 0.9, 5.0, 0.0]), PIECE, np.array([False, False, True, False]))
-    assert found[:2] == pytest.approx(TRUE[:2], abs=0.04)
-    assert found[2] == 5.0
+def test_each_piece_has_the_place_that_fits_it():
+    found = fit_initial_places(residuals, np.concatenate([SPEEDS, np.zeros(4)]), PIECE)
+    assert found[4:] == pytest.approx(PLACE, abs=0.04)
+    assert np.array_equal(found[:4], SPEEDS)
 
 
 def test_a_place_is_within_the_gap():
-    begins = np.zeros(4)
-    found = fit_initial_places(lambda tried: residuals(tried - 2.0), begins, PIECE, np.zeros(4, bool))
-    assert found[0] == 1.0 and found[1] == 1.0
+    far = np.concatenate([np.zeros(4), np.full(4, 2.0)])
+    found = fit_initial_places(lambda tried: residuals(tried - far), np.concatenate([SPEEDS, np.zeros(4)]), PIECE)
+    assert np.array_equal(found[4:7], np.ones(3))
 
 
 def test_what_fits_best_stays():
     """Between two places that are tried, too."""
-    begins = np.array([0.5 * (PLACES[0] + PLACES[1]) + 0.01, 0.31, 0.0, 0.0])
+    begins = np.concatenate([SPEEDS, np.full(4, 0.5 * (PLACES[0] + PLACES[1]) + 0.01)])
 
     def off(tried: np.ndarray) -> np.ndarray:
-        return (tried - begins)[:, PIECE]
+        return (tried - begins)[:, 4:][:, PIECE]
 
-    assert np.array_equal(fit_initial_places(off, begins, PIECE, np.zeros(4, bool)), begins)
+    assert np.array_equal(fit_initial_places(off, begins, PIECE), begins)
+
+
+def test_speeds_are_fitted_beside_places():
+    """Only of pieces that begin in motion."""
+    true = np.concatenate([[3.0, 9.0, 4.0, 0.0], PLACE])
+
+    def off(tried: np.ndarray) -> np.ndarray:
+        return (tried - true)[:, :4][:, PIECE]
+
+    start = np.concatenate([SPEEDS - 1.0, PLACE])[None]
+    [found] = fit_initial_speeds(off, start, PIECE, np.array([True, True, False, False]))
+    assert found == pytest.approx(np.concatenate([[3.0, 9.0, -1.0, -1.0], PLACE]))
+
+
+def test_begins_are_those_of_the_motor(x64):
+    linear = SecondOrder(*map(jnp.asarray, (GAIN, POLE, 0.0)))
+    plain, gap = Motor(linear), Motor(linear, (EFFECTS["backlash"].of(gap_rad=GAP_RAD, inertia_ratio=RATIO),))
+    both = np.concatenate([SPEEDS, PLACE])
+    assert np.array_equal(as_begins(both, 4, gap), both)
+    assert np.array_equal(as_begins(SPEEDS, 4, gap), np.concatenate([SPEEDS, np.zeros(4)]))
+    assert np.array_equal(as_begins(both, 4, plain), SPEEDS)
 
 
 @pytest.fixture

@@ -425,6 +425,8 @@ class AbstractLoadEffect(AbstractEffect):
 
     longest_step_s: ClassVar[float] = 1.0
     """Steps are made no longer than this, whatever number is asked for [s]."""
+    has_gap: ClassVar[bool] = False
+    """The load is behind a gap, and anywhere within it as an experiment begins."""
 
     @abc.abstractmethod
     def load(self) -> Load: ...

@@ -340,6 +340,7 @@ class Backlash(AbstractMotionEffect, AbstractLoadEffect):
     explained_chi2: ClassVar[float] = 1.5
     unlikeness: ClassVar[float] = 12.0
     longest_step_s: ClassVar[float] = 1.8e-3
+    has_gap: ClassVar[bool] = True
     contact_frequency_Hz: ClassVar[float] = 90.0
     contact_damping_ratio: ClassVar[float] = 0.3
     gap_rad: Scalar = parameter("rad", "positive", neutral=0.0, start=0.03, scale=0.02)

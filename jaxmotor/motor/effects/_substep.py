@@ -49,9 +49,9 @@ class Parts(NamedTuple):
         return any(effect.early for effect in self.delays)
 
     @property
-    def gap(self) -> Scalar | None:
-        """Within which the load moves freely [rad]; None without one."""
-        return self.loads[0].load().gap if self.loads else None
+    def has_gap(self) -> bool:
+        """Within it the load moves freely."""
+        return any(effect.has_gap for effect in self.loads)
 
     @property
     def exact(self) -> bool:
@@ -143,7 +143,7 @@ class Moved(NamedTuple):
 
 def fresh(parts: Parts, has_lag: bool, speed: Scalar, place: Scalar | None = None) -> tuple[Scalar, ...]:
     """A motor that runs at `speed` without current and without twist, but for a load's `place` within its gap."""
-    zero, gap = jnp.zeros_like(speed), parts.gap
+    zero, gap = jnp.zeros_like(speed), parts.loads[0].load().gap if parts.has_gap else None
     twist = zero if place is None or gap is None else zero + place * gap / 2
     return (speed, *([zero] if has_lag else []), *([speed, twist] if parts.loads else []))
 
