@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 BENCHMARKS := startup efficiency speed_logs noisy_speeds open_hypotheses real_data supply delay timing blind limits mutations \
-  other_world board_logs diagnosis_speed exported_loop estimator \
+  contact_errors other_world board_logs diagnosis_speed exported_loop estimator \
   peers fleet_sines fleet_simulation simulation_speed fleet_scaling fleet_outliers fleet_kills devices
 FAULTS := faults control_faults stop_reasons journal_damage firmware_fuzz
 

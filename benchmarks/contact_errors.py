@@ -1,22 +1,24 @@
 """How wrong the sizes of a backlash are, beside what the noise of the encoder alone would give.
 
-    make -C firmware plant && python benchmarks/contact_errors.py [--draws 14] [--others 8] [--first 700]
+    make -C firmware plant && python benchmarks/contact_errors.py [--draws 14] [--others 7] [--pairs 4]
 
 Recordings are those of `blind.py backlash`, and `--others` of the second world, whose gears meet harder than the law
 says (100 to 200 Hz for 90, a damping ratio of 0.2 to 0.5 for 0.3); of seeds that no test uses. With s the relative
 standard error that the linearised fit gives a size, its error is taken to be normal with the variance
 (unlikeness s)² + roughness²; both numbers are those of the largest likelihood. The package has those of the second
 world: of no gears it is known how they meet. Printed beside them: how many sizes are inside their 95 % interval with
-these numbers and with those of the package, and how many poles.
+these numbers and with those of the package, and how many poles; and from `--pairs` of the blind tests how many times
+the noise alone the errors of the effect beside a backlash are.
 """
 
 import argparse
+import itertools
 import sys
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from hidden import draw
+from hidden import draw, pair_of
 from scipy.optimize import minimize
 from second_world import Asked, draw_questions
 
@@ -26,7 +28,7 @@ from jaxmotor.motor.effects import Backlash
 from jaxmotor.recording import Recording
 
 NAME = Backlash.name
-STATED = Backlash.roughness, Backlash.unlikeness
+STATED, BESIDE = (Backlash.roughness, Backlash.unlikeness), Backlash.unlikeness_beside
 INSIDE = 1.96
 """Standard errors of a 95 % interval."""
 
@@ -36,7 +38,8 @@ class Hidden(NamedTuple):
 
     label: str
     recording: Recording
-    sizes: dict[str, float]
+    sizes: dict[str, dict[str, float]]
+    """Of the effects that are looked at, by their names."""
     pole_rad_s: tuple[float, ...]
     """None where the recording's maker does not state it."""
 
@@ -44,7 +47,7 @@ class Hidden(NamedTuple):
 def of_blind_tests(seeds: range) -> Iterator[Hidden]:
     for seed in seeds:
         hidden = draw((NAME,), seed)
-        yield Hidden(f"blind {seed}", hidden.recording, hidden.truth[NAME], (hidden.pole,))
+        yield Hidden(f"blind {seed}", hidden.recording, {NAME: hidden.truth[NAME]}, (hidden.pole,))
 
 
 def of_second_world(seeds: range) -> Iterator[Hidden]:
@@ -52,7 +55,16 @@ def of_second_world(seeds: range) -> Iterator[Hidden]:
         [question] = draw_questions([Asked((NAME,), seed, False)])
         plant = question.plant
         sizes = {"gap_rad": plant.gap_rad, "inertia_ratio": plant.load_kg_m2 / plant.inertia_kg_m2}
-        yield Hidden(f"second world {seed}", question.recording, sizes, ())
+        yield Hidden(f"second world {seed}", question.recording, {NAME: sizes}, ())
+
+
+def of_pairs(seeds: range) -> Iterator[Hidden]:
+    """Of the effect beside the backlash: as many as there are seeds, from the first on whose pair has one."""
+    having = (seed for seed in itertools.count(seeds.start) if NAME in pair_of(seed))
+    for seed in itertools.islice(having, len(seeds)):
+        hidden = draw(pair_of(seed), seed)
+        beside = {name: sizes for name, sizes in hidden.truth.items() if name != NAME}
+        yield Hidden(f"pair {seed}", hidden.recording, beside, ())
 
 
 class Errors(NamedTuple):
@@ -69,12 +81,13 @@ class Errors(NamedTuple):
 
 
 def size_errors(hidden: Hidden, found: Diagnosis) -> list[tuple[float, float]]:
-    """Of gap and inertia; none where no backlash is named."""
-    named = [effect for effect in found.effects if effect.name == NAME]
+    """None of effects that are not named, nor of phases, which only the plant knows."""
+    named = [effect for effect in found.effects if effect.name in hidden.sizes]
     return [
-        (effect.parameters[size] / true - 1, effect.standard_error[size] / true)
+        (effect.parameters[size] / true - 1, effect.standard_error[size] / abs(true))
         for effect in named
-        for size, true in hidden.sizes.items()
+        for size, true in hidden.sizes[effect.name].items()
+        if size in effect.parameters and size != "phase_rad"
     ]
 
 
@@ -104,12 +117,13 @@ def _inside(z: np.ndarray) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, default=14, help="of the blind tests")
-    parser.add_argument("--others", type=int, default=8, help="of the second world")
+    parser.add_argument("--others", type=int, default=7, help="of the second world")
+    parser.add_argument("--pairs", type=int, default=4, help="of the blind tests that have a backlash")
     parser.add_argument("--first", type=int, default=700, help="seed")
     chosen = parser.parse_args()
     keep_programs(threads=True)
-    seeds = (range(chosen.first, chosen.first + number) for number in (chosen.draws, chosen.others))
-    (sizes, poles), (others, _) = map(_found, (of_blind_tests, of_second_world), seeds)
+    seeds = (range(chosen.first, chosen.first + number) for number in (chosen.draws, chosen.others, chosen.pairs))
+    (sizes, poles), (others, _), (beside, _) = map(_found, (of_blind_tests, of_second_world, of_pairs), seeds)
     for name, errors in (("blind tests", sizes), ("second world", others)):
         if not len(errors.error):
             continue
@@ -120,13 +134,17 @@ def main() -> None:
         )
         print(f"  the package's, {STATED[0]:g} and {STATED[1]:g}: {_inside(errors.z(*STATED))}")
     # The pole is the rotor's, and with it half as wrong as the load's share of the inertia.
+    if len(beside.error):
+        print(
+            f"beside it: {_inside(beside.z(0.0, 1.0))}; with the package's {BESIDE:g}: {_inside(beside.z(0.0, BESIDE))}"
+        )
     if len(poles.error):
         print(f"poles, with half the package's roughness: {_inside(poles.z(0.5 * STATED[0], 1.0))}")
 
 
 def _found(made: Callable[[range], Iterator[Hidden]], seeds: range) -> tuple[Errors, Errors]:
     """Errors of sizes and of poles, with the standard errors of the fit alone."""
-    Backlash.roughness, Backlash.unlikeness = 0.0, 1.0
+    Backlash.roughness, Backlash.unlikeness, Backlash.unlikeness_beside = 0.0, 1.0, 1.0
     sizes, poles = [], []
     for hidden in made(seeds):
         found = diagnose(hidden.recording)

@@ -2,7 +2,7 @@
 
 With H = JᵀJ + vP (P the precision of priors and ties, v the variance that it is weighed against) and g_c the sum of
 Jᵀr over block c of the recording, the covariance is the larger, parameter by parameter, of H⁻¹ (residuals independent,
-of unit variance; a law's `unlikeness` makes it more) and of the sandwich H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + v²P) H⁻¹ (only
+of unit variance; a law's `unlikeness` makes it more, and `unlikeness_beside` that of others) and of the sandwich H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + v²P) H⁻¹ (only
 blocks are independent) [White 1980; Liang and Zeger 1986].
 """
 
@@ -34,13 +34,19 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     blocks = len(used)
     meat = pulls.T @ pulls * (blocks / max(blocks - 1, 1)) + fitted.variance * prior
     sandwich = bread @ meat @ bread
-    effects = fitted.template.effects
-    # Of the effects beside such a law, too: what it gets wrong is theirs to explain.
-    worst = max((type(effect).unlikeness for effect in effects), default=1.0)
-    unlike = [1.0] * OWN + [worst] * sum(map(free_size, effects))
+    unlike = np.concatenate([np.ones(OWN), *_unlikeness(fitted.template.effects)])
     own = bread * max(fitted.chi2, 1.0) * np.outer(unlike, unlike)
     grow = np.sqrt(np.maximum(np.diag(own) / np.maximum(np.diag(sandwich), 1e-300), 1.0))
     return sandwich * np.outer(grow, grow) + np.diag(np.where(known, 0.0, np.inf))
+
+
+def _unlikeness(effects: tuple[AbstractEffect, ...]) -> list[np.ndarray]:
+    """Of the free numbers of each of `effects`: its own, or that of a law beside it."""
+    found = []
+    for one in effects:
+        others = [type(other).unlikeness_beside for other in effects if other is not one]
+        found.append(np.full(free_size(one), max([type(one).unlikeness, *others])))
+    return found
 
 
 def _inverse(normal: np.ndarray) -> np.ndarray:

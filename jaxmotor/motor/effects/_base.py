@@ -129,6 +129,8 @@ class AbstractEffect(eqx.Module):
     unlikeness: ClassVar[float] = 1.0
     """How many times what the encoder's noise alone would give the errors of its parameters are, where its law follows
     what shows of it only roughly: the less shows, the more that matters. As blind tests show it."""
+    unlikeness_beside: ClassVar[float] = 1.0
+    """The same of the effects beside it: what it gets wrong is theirs to explain."""
     program_level: ClassVar[int | None] = None
     """Motors whose effects have levels up to one share a compiled program, in which those that they lack are neutral:
     level 0 costs next to nothing there, level 1 a little. None: its programs are its own."""

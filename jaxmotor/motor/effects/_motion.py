@@ -338,6 +338,7 @@ class Backlash(AbstractMotionEffect, AbstractLoadEffect):
     # Gears meet harder or softer than the law says: of the second world in `benchmarks/contact_errors.py`.
     roughness: ClassVar[float] = 0.06
     unlikeness: ClassVar[float] = 2.5
+    unlikeness_beside: ClassVar[float] = 12.0
     explained_chi2: ClassVar[float] = 1.5
     longest_step_s: ClassVar[float] = 1.8e-3
     has_gap: ClassVar[bool] = True
