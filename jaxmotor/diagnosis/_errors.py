@@ -2,8 +2,8 @@
 
 With H = JᵀJ + vP (P the precision of priors and ties, v the variance that it is weighed against) and g_c the sum of
 Jᵀr over block c of the recording, the covariance is the larger, parameter by parameter, of H⁻¹ (residuals independent,
-of unit variance; a law's `unlikeness` makes it more, and `unlikeness_beside` that of others) and of the sandwich H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + v²P) H⁻¹ (only
-blocks are independent) [White 1980; Liang and Zeger 1986].
+of unit variance; a law's `unlikeness` makes it more, and its `unlikeness_beside` that of others) and of the sandwich
+H⁻¹ (Σ g_c g_cᵀ G/(G - 1) + v²P) H⁻¹ (only blocks are independent) [White 1980; Liang and Zeger 1986].
 """
 
 import math
