@@ -133,11 +133,11 @@ def main() -> None:
             f"  most likely, roughness {numbers[0]:.3f} and unlikeness {numbers[1]:.2f}: {_inside(errors.z(*numbers))}"
         )
         print(f"  the package's, {STATED[0]:g} and {STATED[1]:g}: {_inside(errors.z(*STATED))}")
-    # The pole is the rotor's, and with it half as wrong as the load's share of the inertia.
     if len(beside.error):
         print(
             f"beside it: {_inside(beside.z(0.0, 1.0))}; with the package's {BESIDE:g}: {_inside(beside.z(0.0, BESIDE))}"
         )
+    # The pole is the rotor's, and with it half as wrong as the load's share of the inertia.
     if len(poles.error):
         print(f"poles, with half the package's roughness: {_inside(poles.z(0.5 * STATED[0], 1.0))}")
 

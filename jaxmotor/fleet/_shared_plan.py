@@ -141,8 +141,8 @@ def fit_shared(plan: SharedPlan, position: Float[Array, "f m n"]) -> SharedFit:
 
 def project(plan: SharedPlan, position: Float[Array, "f m n"]) -> Float[Array, "f m 2"]:
     """The sine fit: coefficients of sin and cos, in standard errors."""
-    exact = position.dtype == plan.project.dtype
-    fit = plan.project if exact else _in_blocks(plan.project.astype(position.dtype))
+    fit = plan.project.astype(position.dtype)
+    fit = fit if position.dtype == jnp.float64 else _in_blocks(fit)
     read = jnp.einsum("fmn,fnc->fmc", position, fit).reshape(*position.shape[:2], -1, 2)
     return read.astype(plan.project.dtype).sum(2).astype(position.dtype)
 
