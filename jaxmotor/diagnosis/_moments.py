@@ -16,14 +16,16 @@ larger voltage is a larger gain, and about as much is seen of one that comes in 
 
 def placed(solver: Solver, base: Fitted, start: AbstractStepInTime, rig: Rig) -> AbstractStepInTime:
     """`start` at the moment of the recording that explains most beside `base`, to a row."""
-    return nearby(solver, base, start.but(moment_s=0.5 * rig.duration_s), 0.5 * rig.duration_s, rig)
+    middle = float(np.mean(rig.driven_s))
+    return nearby(solver, base, start.but(moment_s=middle), rig.driven_s[1] - middle, rig)
 
 
 def nearby(solver: Solver, base: Fitted, start: AbstractStepInTime, reach_s: float, rig: Rig) -> AbstractStepInTime:
-    """`start` at the best moment that is no further than `reach_s` from its own."""
+    """`start` at the best moment that is no further than `reach_s` from its own, while voltages are applied: a step
+    that is there before the first of them is a larger gain or a load."""
     near, finest = float(start.moment_s), finest_s(rig)
     while True:
-        moments = near + np.linspace(-reach_s, reach_s, MOMENTS)
+        moments = np.clip(near + np.linspace(-reach_s, reach_s, MOMENTS), *rig.driven_s)
         near = float(moments[int(np.argmin(profile(solver, base, start, moments)))])
         if reach_s <= finest:
             return start.but(moment_s=near)

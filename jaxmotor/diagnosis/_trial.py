@@ -49,8 +49,10 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
     """What is known of the rig before any fit: what effects may be sought, and how large they may be."""
     batch, log = trial.problem.batch, trial.measured_log
     speed = np.abs(np.asarray(log.speed))[: int(np.asarray(log.used))]
-    applied = np.unique(np.round(np.abs(np.asarray(batch.volts)[trial.valid]), 6))
+    volts = np.round(np.abs(np.asarray(batch.volts)[trial.valid]), 6)
+    applied = np.unique(volts)
     time = np.asarray(trial.time)[trial.valid]
+    driven = time[volts > 0]
     swing = 0.0 if trial.angle is None else float(np.ptp(np.asarray(trial.angle)[trial.valid]))
     return Rig(
         float(trial.supply),
@@ -63,4 +65,5 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
         supply_logged=logs_supply(recording),
         counts=recording.counts_per_rev is not None,
         swing_rad=swing,
+        driven_s=(float(driven.min()), float(driven.max())) if len(driven) else (0.0, 0.0),
     )

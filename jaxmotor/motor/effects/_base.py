@@ -53,6 +53,8 @@ class Rig(NamedTuple):
     """The log holds an encoder's counts, or speeds or angles that were made of them."""
     swing_rad: float = 0.0
     """From the least to the largest measured angle, where that is known throughout; else zero."""
+    driven_s: tuple[float, float] = (0.0, math.inf)
+    """When a voltage was first applied, and when last, since the recording began."""
 
     back_emf_V: float = math.inf
     """That the back-EMF of the motor takes at the largest speed, where a motor is given."""
