@@ -207,9 +207,7 @@ def _wrong(part: str, question: Question, found: Diagnosis) -> list[str]:
 
 
 def _right(part: str, question: Question) -> set[str]:
-    """Names that stand for something that was hidden."""
-    if part == "without":
-        return _of(EQUALS, question.asked.kinds)
+    """Names that stand for something that was hidden. A law that is left out is named by none."""
     return set(question.truth) | _spared(part, question)
 
 

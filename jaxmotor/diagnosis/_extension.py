@@ -9,6 +9,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Sequence
 
+from jaxmotor.diagnosis._bends import with_bends
 from jaxmotor.diagnosis._found import COARSE, EXPLAINED, Found
 from jaxmotor.diagnosis._free import with_effect, without_effect
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
@@ -172,7 +173,8 @@ def _fit_each(search: Search, bases: list[Fitted], starts: Sequence[AbstractEffe
 
     def fits(task: tuple[Fitted, tuple[AbstractEffect, ...]]) -> list[Fitted]:
         base, own = task
-        return [search.solver.fit(motor, base.speeds, COARSE, bar=bar) for motor in _begins(search, base, own)]
+        begun = [search.solver.fit(motor, base.speeds, COARSE, bar=bar) for motor in _begins(search, base, own)]
+        return [with_bends(search.solver, one, COARSE, bar) for one in begun]
 
     for found in side_by_side(fits, tasks):
         search.visited.keep(found)

@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from jaxmotor.diagnosis._bends import with_bends
 from jaxmotor.diagnosis._contact_sizes import smoothed
 from jaxmotor.diagnosis._cycles import Repeats
 from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, LEAST, NEARLY, STAYS, Explained, Found, Named
@@ -230,7 +231,7 @@ class Search:
         return self._placed(self.solver.fit(motor, near.speeds, COARSE, bar=bar))
 
     def _placed(self, fitted: Fitted) -> Fitted:
-        return at_best_place(self.solver, fitted, self.rig, COARSE)
+        return with_bends(self.solver, at_best_place(self.solver, fitted, self.rig, COARSE), COARSE)
 
     def _extend(self, bases: list[Fitted], most: int, bar: float = math.inf) -> None:
         """Fit each of `bases` with one of `most` candidates more; fits whose chi2 will not come below `bar`, or not as

@@ -71,7 +71,7 @@ def _read(item: Any) -> ReadEffect:
     unknown = next((key for key in values if key not in about), None)
     if unknown is not None:
         raise ValueError(f"effect {name} has no parameter {shown(unknown)}; it has {', '.join(about) or 'none'}")
-    numbers = {key: _value(name, key, values.get(key), about[key]["kind"]) for key in about}
+    numbers = {key: _value(name, key, values.get(key, about[key].get("absent")), about[key]["kind"]) for key in about}
     effect = to_numpy(known[name].of(**numbers))
     return ReadEffect(effect, {key: _error(name, key, errors.get(key)) for key in about})
 

@@ -16,7 +16,7 @@ from jaxmotor.recording import Recording, Segment
 
 RUNS = [*plan(), *(sine(f, amplitude=2.0) for f in (0.7037, 1.507, 3.011))]
 GAIN, POLE, FINE = 11.0, 40.0, 5
-LATE_S = 21.3
+LATE_S, LIMIT_V = 21.3, 3.4
 
 
 def over_speed(speed):
@@ -140,6 +140,25 @@ def test_a_drive_that_is_not_in_proportion(found):
     assert ratio * (1 + own) == pytest.approx(1 + slope, abs=0.01)
 
 
+def test_a_drive_that_saturates_is_a_curve_with_bends():
+    """A smooth series would leave much of it about the voltage from which on it is cut off."""
+    recording, visited = hidden(lambda volts, speed, angle, time: np.clip(volts, -LIMIT_V, LIMIT_V) - volts, 11)
+    asked = ["voltage_over_command", "missed_counts"]
+    diagnosis = diagnose(recording, effects=asked)
+    [effect], [law] = diagnosis.effects, diagnosis.learned
+    assert diagnosis.verdict == "extended" and diagnosis.whole.after.chi2_per_sample < 1.05
+    assert diagnosis.held_out.drift_after < 2 < 5000 < diagnosis.held_out.drift_before
+    assert law.coordinate == "voltage" and law.share > 0.99
+    assert effect.parameters["bend_share"] * effect.parameters["reach_V"] == pytest.approx(LIMIT_V, rel=0.01)
+    true, slope = level(law.at, np.clip(law.at, -LIMIT_V, LIMIT_V) - law.at, visited[:, 1])
+    _, own = level(law.at, law.volts, visited[:, 1])
+    ratio = float(diagnosis.motor.linear.gain) / GAIN
+    error = law.volts - ((law.at * (1 + slope) + true) / ratio - law.at)
+    assert np.abs(error).max() < 0.01 * np.ptp(true)
+    assert ratio * (1 + own) == pytest.approx(1 + slope, abs=0.01)
+    assert "saturation" in law.resemblance
+
+
 def test_a_load_that_appears_is_no_part_of_the_motor(found):
     diagnosis, _ = found("time")
     [step] = diagnosis.disturbances
@@ -196,6 +215,12 @@ def test_a_curve_over_speed_leaves_lines_to_the_motor_and_an_offset():
             volts = np.asarray(effect.adds(jnp.asarray(place)))
             for line in (place, np.ones_like(place)):
                 assert abs(volts @ line) < 1e-9 * np.linalg.norm(line) * max(np.linalg.norm(volts), 1.0)
+        for bend in ("bend_V", "even_bend_V"):
+            bent = TorqueOverSpeed.start(reach_rad_s=50.0, bend_share=0.6, **{bend: 1.0}).adds(jnp.asarray(place))
+            # At an end of its reach it is one volt beside the straight line.
+            assert np.ptp(np.asarray(bent)) > 0.5
+            for line in (place, np.ones_like(place)):
+                assert abs(float(bent @ line)) < 2e-3 * np.linalg.norm(line) * np.linalg.norm(bent)
 
 
 def test_a_curve_over_the_command_is_zero_without_one():
@@ -203,6 +228,15 @@ def test_a_curve_over_the_command_is_zero_without_one():
         for term in range(1, 25):
             effect = VoltageOverCommand.start(reach_V=6.0, **{f"c{term}_V": 1.0})
             assert abs(float(effect.adds(jnp.asarray(0.0)))) < 1e-12
+        bent = VoltageOverCommand.start(reach_V=6.0, bend_V=1.0, even_bend_V=0.5, bend_share=0.5)
+        low, at, high = (float(bent.adds(jnp.asarray(volts))) for volts in (-6.0, 0.0, 6.0))
+        assert at == 0.0 and high + low == pytest.approx(1.0) and high - low == pytest.approx(2 * (1 - 0.625))
+
+
+def test_a_curve_has_no_bends_until_they_have_a_place():
+    with jax.enable_x64(True):
+        for law in (TorqueOverSpeed, VoltageOverCommand):
+            assert not np.any(law.start(bend_V=1.0, even_bend_V=1.0).adds(jnp.linspace(-2.0, 2.0, 41)))
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 
 from jaxmotor import EFFECTS, JaxmotorError, read_model
 from jaxmotor.estimate import model_to_json
-from jaxmotor.motor.effects import parameters
+from jaxmotor.motor.effects import LEARNED, NO_PLACE, parameters
 
 LINEAR = {"format": 1, "model": {"gain_rad_s_V": 10.6, "pole_rad_s": 40}, "covariance": [[1e-3, 0], [0, 0.1]]}
 
@@ -50,6 +50,15 @@ def test_errors_may_be_unknown_and_effects_absent(tmp_path):
     assert model_to_json(found)["effects"][0]["standard_error"] == {"volts_V": None}
     (tmp_path / "linear.json").write_text(json.dumps(LINEAR))
     assert read_model(tmp_path / "linear.json").effects == ()
+
+
+@pytest.mark.parametrize("curve", ["torque_over_speed", "voltage_over_command"])
+def test_a_curve_of_before_it_could_have_bends_has_none(tmp_path, curve):
+    bends = {"bend_V": 0.0, "even_bend_V": 0.0, "bend_share": NO_PLACE}
+    before = {key: 0.1 for key in parameters(LEARNED[curve]) if key not in bends}
+    [effect] = model(tmp_path, [{"name": curve, "parameters": before}]).effects
+    assert {key: float(getattr(effect, key)) for key in bends} == bends
+    assert float(effect.c24_V) == 0.1
 
 
 def test_the_rigs_offset_is_part_of_the_whole(tmp_path):

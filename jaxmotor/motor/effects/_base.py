@@ -69,14 +69,25 @@ class Rig(NamedTuple):
         return self._replace(back_emf_V=self.speed_rad_s / gain_rad_s_V if gain_rad_s_V > 0 else math.inf)
 
 
-def parameter(unit: str, kind: Kind, *, neutral: float, start: float, scale: float, spread: float = math.inf) -> Any:
-    """A parameter's field: its `unit`, its value without effect, where a fit starts, and how far it may be off.
+def parameter(
+    unit: str,
+    kind: Kind,
+    *,
+    neutral: float,
+    start: float,
+    scale: float,
+    spread: float = math.inf,
+    absent: float | None = None,
+) -> Any:
+    """A parameter's field: its `unit`, its value without effect, where a fit starts, and how far it may be off;
+    `absent` is its value in model files of before it was there.
 
     `kind` says how it is fitted: `positive` through its logarithm, `signed` as it is, `amplitude` and `phase` together
     as A cos φ and A sin φ (in which the law is linear), `fixed` not at all. Of a learned curve a `term` is fitted as it
     is, with `spread` that of its prior about zero; its `range` is how far it was learned.
     """
     about = {"unit": unit, "kind": kind, "neutral": neutral, "start": start, "scale": scale, "spread": spread}
+    about |= {} if absent is None else {"absent": absent}
     return eqx.field(metadata=about)
 
 

@@ -39,9 +39,16 @@ SPREAD_V = 0.3
 supply: next to nothing against rows that show the curve, and what holds it level between places that no row visits."""
 
 
-def _coefficient(term: int) -> Any:
+NO_PLACE = 1.0
+"""Of the bends of a curve that has none: at the end of its reach."""
+
+NARROWEST = 1e-6
+"""Part of the reach beyond a bend, at least."""
+
+
+def _coefficient(term: int, absent: float | None = None) -> Any:
     about = {"neutral": 0.0, "start": 0.0, "scale": 0.1 / term, "spread": SPREAD_V / term}
-    return parameter("V", "term", **about)
+    return parameter("V", "term", **about, absent=absent)
 
 
 class AbstractLearnedEffect(AbstractEffect):
@@ -90,12 +97,34 @@ class AbstractLearnedEffect(AbstractEffect):
         return all(abs(float(one)) < rig.supply_V for one in self.coefficients)
 
 
-class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
-    """Σ c_k (T_k(z) - a_k - m_k w/w1), z = asinh(10 w/w1)/asinh(10): a torque that depends on the speed, of any shape.
+class AbstractBentCurve(AbstractLearnedEffect):
+    """A series whose slope may change at once at two places x = ±p, as no series of some terms has it:
 
-    T_k are Chebyshev's polynomials, a_k the mean and m_k the slope of T_k from -w1 to w1; beyond w1 the torque goes on
-    as it is there.
+    Σ c_k (T_k(z) - a_k - m_k x) + b (sgn(x) h - (1 - p)(1 + p/2) x) + e (h - a), h = max(|x| - p, 0)/(1 - p),
+
+    at x from -1 to 1, parts of its reach; beyond it goes on as it is there. T_k are Chebyshev's polynomials of
+    z = asinh(10 x)/asinh(10), m_k the slope of T_k from -1 to 1; the factor of b is the slope of what it multiplies.
     """
+
+    bend_V: Scalar = _coefficient(1, absent=0.0)
+    """b, of one sign to either side [V]."""
+    even_bend_V: Scalar = _coefficient(1, absent=0.0)
+    """e, the same to either side [V]."""
+    bend_share: Scalar = parameter("1", "range", neutral=NO_PLACE, start=NO_PLACE, scale=0.1, absent=NO_PLACE)
+    """p [1]."""
+
+    @property
+    def bends(self) -> tuple[Scalar, Scalar, Scalar]:
+        """b, e [V] and p [1]."""
+        return self.bend_V, self.even_bend_V, self.bend_share
+
+    def possible(self, rig: Rig) -> bool:
+        bends = abs(float(self.bend_V)), abs(float(self.even_bend_V))
+        return super().possible(rig) and max(bends) < rig.supply_V
+
+
+class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractBentCurve):
+    """A torque that depends on the speed, of any shape (`AbstractBentCurve`): a_k and a are means from -w1 to w1."""
 
     name: ClassVar[str] = "torque_over_speed"
     over: ClassVar[str] = "speed"
@@ -111,7 +140,10 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del angle
-        return _level_series(self.coefficients, speed / self.reach_rad_s, _means())
+        even = 0.5 * (1 - self.bend_share)
+        return _level_series(self.coefficients, speed / self.reach_rad_s, _means()) + _bent(
+            self.bends, speed / self.reach_rad_s, even
+        )
 
     def adds(self, at: Scalar) -> Scalar:
         return -self.resists(at, at)
@@ -145,9 +177,9 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
         return -self.resists(at, at)
 
 
-class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLearnedEffect):
-    """u + Σ c_k (T_k(z) - T_k(0) - m_k u/u1), z = asinh(10 u/u1)/asinh(10): a drive that is not in proportion, of any
-    shape."""
+class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractBentCurve):
+    """u and a curve beside it: a drive that is not in proportion, of any shape (`AbstractBentCurve`): a_k are T_k(0),
+    and a is none, since without a command there is no voltage."""
 
     name: ClassVar[str] = "voltage_over_command"
     over: ClassVar[str] = "voltage"
@@ -172,7 +204,8 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractLear
         return source.told(source.mean + self.adds(source.mean))
 
     def adds(self, at: Scalar) -> Scalar:
-        return _level_series(self.coefficients, at / self.reach_V, AT_ZERO)
+        place = at / self.reach_V
+        return _level_series(self.coefficients, place, AT_ZERO) + _bent(self.bends, place, jnp.zeros_like(place))
 
 
 def penalty(effect: AbstractLearnedEffect) -> float:
@@ -200,6 +233,14 @@ def _level_series(coefficients: tuple[Scalar, ...], place: Scalar, levels: tuple
         total, level, slope = total + c * now, level + c * a, slope + c * m
         before, now = now, 2 * z * now - before
     return total - level - slope * place
+
+
+def _bent(bends: tuple[Scalar, Scalar, Scalar], place: Scalar, level: Scalar) -> Scalar:
+    """b (sgn(x) h - (1 - p)(1 + p/2) x) + e (h - a) at x = `place` within -1 and 1, a being `level`."""
+    odd, even, share = bends
+    place = jnp.clip(place, -1.0, 1.0)
+    above = jnp.maximum(jnp.abs(place) - share, 0.0) / jnp.maximum(1 - share, NARROWEST)
+    return odd * (jnp.sign(place) * above - (1 - share) * (1 + 0.5 * share) * place) + even * (above - level)
 
 
 @functools.cache
