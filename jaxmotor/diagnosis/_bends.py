@@ -92,6 +92,8 @@ def _columns(
 
 
 def _left(columns: Float[np.ndarray, "n two"], residual: np.ndarray) -> float:
-    """Sum of squares of `residual` less what `columns` do."""
+    """Sum of squares of `residual` less what `columns` do; infinite where these are."""
+    if not np.isfinite(columns).all():
+        return np.inf
     sizes, *_ = np.linalg.lstsq(columns, residual, rcond=1e-6)
     return square_of(residual - columns @ sizes)

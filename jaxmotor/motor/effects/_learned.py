@@ -37,11 +37,8 @@ GRID = 2001
 SPREAD_V = 0.3
 """Of the first coefficient, by its prior; of later ones it falls as those of a jump do. A few per cent of a small
 supply: next to nothing against rows that show the curve, and what holds it level between places that no row visits."""
-
-
 NO_PLACE = 1.0
 """Of the bends of a curve that has none: at the end of its reach."""
-
 NARROWEST = 1e-6
 """Part of the reach beyond a bend, at least."""
 
@@ -140,10 +137,8 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractBentCu
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del angle
-        even = 0.5 * (1 - self.bend_share)
-        return _level_series(self.coefficients, speed / self.reach_rad_s, _means()) + _bent(
-            self.bends, speed / self.reach_rad_s, even
-        )
+        place, mean = speed / self.reach_rad_s, 0.5 * (1 - self.bend_share)
+        return _level_series(self.coefficients, place, _means()) + _bent(self.bends, place, mean)
 
     def adds(self, at: Scalar) -> Scalar:
         return -self.resists(at, at)
