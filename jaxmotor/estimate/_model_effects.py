@@ -87,7 +87,7 @@ def _value(name: str, key: str, value: Any, kind: str) -> float:
     if not is_number(value):
         raise ValueError(f"effect {name}: {key} is {shown(value)}, not a number")
     if value <= 0 and kind == "range":
-        raise ValueError(f"effect {name}: {key} is {value:g}; what a curve was learned over is more than 0")
+        raise ValueError(f"effect {name}: {key} is {value:g}; how far a curve reaches, and where it bends, is above 0")
     if value < 0 and kind in ("positive", "amplitude", "fixed"):
         raise ValueError(f"effect {name}: {key} is {value:g}, and is never negative")
     return float(value)
