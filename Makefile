@@ -28,9 +28,10 @@ help:
 demo: $(VENV)/.installed
 	$(BIN)/jaxmotor demo
 
-# Tests fill the cores: numpy's threads would only wait for each other, and take processor time while they do.
+# Tests fill the cores: numpy's threads would only wait for each other, and take processor time while they do. Processes
+# that tests start would compile the whole package each where byte code is not kept.
 test: lint types toolchain
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
+	PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist worksteal
 
 check: lint types
 	$(BIN)/python -m pytest -q -n auto $(CHECKED)

@@ -271,21 +271,22 @@ def _costs(rows: LogRows, poles: np.ndarray, delays: np.ndarray) -> np.ndarray:
     drives, none = np.stack(every, axis=1), np.zeros((len(rows.volts), 1))
     valid = rows.valid[:, None]
     cost = np.empty((len(poles), len(delays)))
+    chosen = np.stack(np.broadcast_arrays(1 + np.arange(len(delays)), len(delays) + 1, len(delays) + 2), axis=1)
     for number, pole in enumerate(poles):
         # One pole after the other: its columns stay in the processor's cache.
         columns = responses(rows, drives, np.full(drives.shape[1], pole))
         begins = responses(rows, none, np.array([pole]), 1.0)[:, 0]
         both = np.concatenate([rows.speed[:, None], columns], axis=1) * valid
         both = without_starts(rows, both, begins * rows.valid)
-        gram = both.T @ both
-        cost[number] = [_least(gram, [1 + each, len(delays) + 1, len(delays) + 2]) for each in range(len(delays))]
+        cost[number] = _least(both.T @ both, chosen)
     return cost
 
 
-def _least(gram: np.ndarray, chosen: list[int]) -> float:
-    """Sum of squares that the `chosen` columns leave of column 0, from the Gram matrix of all."""
+def _least(gram: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """(n,) sums of squares that the `chosen` columns (n, c) leave of column 0, from the Gram matrix of all."""
     right = gram[chosen, 0]
-    return float(gram[0, 0] - right @ solve_balanced(gram[np.ix_(chosen, chosen)], right, 1e-10))
+    of_column = solve_balanced(gram[chosen[:, :, None], chosen[:, None, :]], right, 1e-10)
+    return gram[0, 0] - np.einsum("nc,nc->n", right, of_column)
 
 
 CANDIDATES = ((0,), (0, 1), (0, 2), (0, 1, 3), (0, 1, 2, 3), (0, 1, 3, 4), (0, 1, 2, 3, 4))

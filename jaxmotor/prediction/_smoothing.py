@@ -171,8 +171,9 @@ def _finer(steps: _Steps, weight: float, rate: float) -> tuple[float, float]:
     wide = np.array([_odds(WEIGHTS[1]) - _odds(WEIGHTS[0]), 0.5 / float(np.ptp(steps.raw(weight)))])
     for number in range(ROUNDS):
         used = steps.of(np.arange(len(steps.now) * (ROUNDS + number) // (2 * ROUNDS - 1)))
-        odds_each, rates = odds + wide[0] * grid, np.maximum(rate + wide[1] * grid, 0.1 * rate)
-        found = np.array([[_clear(used, _weight(one), float(each)) for each in rates] for one in odds_each])
+        odds_each, rates = odds + wide[0] * grid, rate + wide[1] * grid
+        found = np.stack([_clear_each(used, _weight(one), rates) for one in odds_each])
+        found[:, rates < 0.1 * rate] = 0.0
         row, column = np.unravel_index(np.argmax(found), found.shape)
         odds, rate, wide = float(odds_each[row]), float(rates[column]), FINER * wide
     return _weight(odds), rate
@@ -181,6 +182,16 @@ def _finer(steps: _Steps, weight: float, rate: float) -> tuple[float, float]:
 def _clear(steps: _Steps, weight: float, rate: float) -> float:
     """R²"""
     return float(np.abs(np.exp(2j * np.pi * rate * steps.raw(weight)).mean()) ** 2)
+
+
+def _clear_each(steps: _Steps, weight: float, rates: np.ndarray) -> np.ndarray:
+    """(k,) R² at `rates` (k,) that are equally far apart: each term of the one before is turned by as much."""
+    turns = 2j * np.pi * steps.raw(weight)
+    terms, turn, found = np.exp(turns * rates[0]), np.exp(turns * (rates[1] - rates[0])), np.empty(len(rates))
+    for number in range(len(rates)):
+        found[number] = np.abs(terms.mean()) ** 2
+        terms *= turn
+    return found
 
 
 def _scatters(steps: _Steps, weight: float, count: float) -> bool:
