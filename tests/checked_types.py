@@ -20,12 +20,15 @@ from pathlib import Path
 from typing import Any, get_args
 from unittest.mock import patch
 
-from beartype import beartype
+from beartype import BeartypeConf, beartype
 from jaxtyping import AbstractArray, jaxtyped
 
 PACKAGE = "jaxmotor"
 VERSION = hashlib.md5(Path(__file__).read_bytes()).hexdigest()
 """Of the byte code that is kept of checked modules."""
+CHECKS = BeartypeConf(violation_type=TypeError)
+"""Python itself raises this where a value is not of the type that is needed, and the package expects it of strangers'
+files."""
 
 
 def pytest_load_initial_conftests():
@@ -42,7 +45,7 @@ def checked(definition: Any) -> Any:
             definition.__init__ = checked(made)
         return definition
     definition.__annotations__ = {name: _unquoted(one, definition) for name, one in definition.__annotations__.items()}
-    judged = beartype(definition)
+    judged = beartype(definition, conf=CHECKS)
     if not any(map(_names_axes, definition.__annotations__.values())):
         return judged
 

@@ -4,7 +4,6 @@ import dataclasses
 
 import jax.numpy as jnp
 import pytest
-from beartype.roar import BeartypeCallHintViolation
 from checked_types import checked
 from jaxtyping import Array, Float
 
@@ -32,26 +31,26 @@ class Pair:
 def test_axes_of_one_name_have_one_size():
     assert both(jnp.ones(3), jnp.ones((3, 2))).shape == (2,)
     assert both(jnp.ones(4), jnp.ones((4, 1))).shape == (1,)
-    with pytest.raises(BeartypeCallHintViolation):
+    with pytest.raises(TypeError):
         both(jnp.ones(3), jnp.ones((4, 2)))
-    with pytest.raises(BeartypeCallHintViolation):
+    with pytest.raises(TypeError):
         both(jnp.ones((3, 1)), jnp.ones((3, 2)))
 
 
 def test_results_are_checked():
     assert halved(0.0) == 0.0
-    with pytest.raises(BeartypeCallHintViolation):
+    with pytest.raises(TypeError):
         halved(1.0)
 
 
 def test_fields_are_checked():
     Pair(jnp.ones(3), jnp.ones(3))
-    with pytest.raises(BeartypeCallHintViolation):
+    with pytest.raises(TypeError):
         Pair(jnp.ones(3), jnp.ones(4))
 
 
 def test_the_package_is_checked():
-    with pytest.raises(BeartypeCallHintViolation):
+    with pytest.raises(TypeError):
         program(3)  # pyright: ignore[reportArgumentType]
-    with pytest.raises(BeartypeCallHintViolation):
+    with pytest.raises(TypeError):
         Motor(FirstOrder(jnp.ones(()), jnp.ones(())), 3)  # pyright: ignore[reportArgumentType]

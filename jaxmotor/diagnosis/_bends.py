@@ -17,11 +17,15 @@ BETTER, FINER = 0.01, 1e-4
 """Parts of the sum of squares that bends must take up to be kept, and that they must at another place to be moved."""
 
 
-def with_bends(solver: Solver, fitted: Fitted, tolerance: float, bar: float = np.inf) -> Fitted:
+def with_bends(solver: Solver, base: Fitted, fitted: Fitted, tolerance: float, bar: float = np.inf) -> Fitted:
     """`fitted`, whose learned curves have their bends at the best place, where that leaves less; those that have a
-    place keep it. Bends that promise no chi2 below `bar` are not fitted."""
+    place keep it, and those of `base` do where `fitted` only adds to it. Bends that promise no chi2 below `bar` are not
+    fitted."""
+    known = base.names if set(base.names) <= set(fitted.names) else ()
     for effect in fitted.motor.effects:
-        if isinstance(effect, AbstractBentCurve) and float(effect.bend_share) == NO_PLACE:
+        if effect.name in known or not isinstance(effect, AbstractBentCurve):
+            continue
+        if float(effect.bend_share) == NO_PLACE:
             shares = (np.arange(PLACES) + 0.5) / PLACES
             bent = _moved(solver, fitted, effect.name, [shares, _around(1 / PLACES)], tolerance, BETTER, bar)
             if bent is not fitted:

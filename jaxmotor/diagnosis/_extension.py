@@ -174,7 +174,7 @@ def _fit_each(search: Search, bases: list[Fitted], starts: Sequence[AbstractEffe
     def fits(task: tuple[Fitted, tuple[AbstractEffect, ...]]) -> list[Fitted]:
         base, own = task
         begun = [search.solver.fit(motor, base.speeds, COARSE, bar=bar) for motor in _begins(search, base, own)]
-        return [with_bends(search.solver, one, COARSE, bar) for one in begun]
+        return [with_bends(search.solver, base, one, COARSE, bar) for one in begun]
 
     for found in side_by_side(fits, tasks):
         search.visited.keep(found)

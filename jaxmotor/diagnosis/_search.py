@@ -104,6 +104,8 @@ class Search:
         self.scores: list[tuple[Fitted, tuple[EffectColumns, ...]]] = []
         self.smooth: dict[Fitted, Fitted] = {}
         """What `_smoothed` made of them, which is smooth itself."""
+        self.level: dict[Fitted, Fitted] = {}
+        """What `_level` made of them."""
         self.repeats = Repeats(solver)
 
     def run(self, last: Callable[[Fitted], None]) -> Found:
@@ -228,10 +230,13 @@ class Search:
         return motors
 
     def _fit(self, near: Fitted, motor: Motor, bar: float = math.inf) -> Fitted:
-        return self._placed(self.solver.fit(motor, near.speeds, COARSE, bar=bar))
+        return self._placed(near, self.solver.fit(motor, near.speeds, COARSE, bar=bar))
 
-    def _placed(self, fitted: Fitted) -> Fitted:
-        return with_bends(self.solver, at_best_place(self.solver, fitted, self.rig, COARSE), COARSE)
+    def _placed(self, base: Fitted, fitted: Fitted) -> Fitted:
+        placed = at_best_place(self.solver, fitted, self.rig, COARSE)
+        # In a motor with these effects that is known, bends have been sought.
+        is_known = frozenset(placed.names) in self.visited.fitted
+        return placed if is_known else with_bends(self.solver, base, placed, COARSE)
 
     def _extend(self, bases: list[Fitted], most: int, bar: float = math.inf) -> None:
         """Fit each of `bases` with one of `most` candidates more; fits whose chi2 will not come below `bar`, or not as
@@ -335,7 +340,7 @@ class Search:
             # Without the effect, gain and pole may have gone where it does not show.
             found.append(fit(with_effect(self.first, first.effect)))
         best = min(found, key=lambda one: one.chi2)
-        return best if best.chi2 > far else self._placed(best)
+        return best if best.chi2 > far else self._placed(base, best)
 
     def _completed(self, half: Fitted) -> Fitted:
         """`half`, which has a law that fits no motor alone, with what that wants beside it."""
@@ -453,12 +458,12 @@ class Search:
 
     def _level(self, fitted: Fitted) -> Fitted:
         """`fitted` to the end; its curve over the speed without what others do as well, where that is so."""
-        free = self.solver.fit(fitted.motor, fitted.speeds, FINE)
-        ties = ties_of(self.solver.trial, free)
-        if ties is None:
-            return free
-        tied = self.solver.fit(free.motor, free.speeds, FINE, ties=ties)
-        return tied if is_as_likely(tied, free) else free
+        if fitted not in self.level:
+            free = self.solver.fit(fitted.motor, fitted.speeds, FINE)
+            ties = ties_of(self.solver.trial, free)
+            tied = free if ties is None else self.solver.fit(free.motor, free.speeds, FINE, ties=ties)
+            self.level[fitted] = tied if is_as_likely(tied, free) else free
+        return self.level[fitted]
 
     def _leveled(self, named: Named) -> Named:
         """`named`, of whose alternatives those that are not told from it are level, too."""
