@@ -4,7 +4,7 @@
 
 16 000 ticks in 26 experiments, as a diagnosis simulates them: eight motors in one program, which also holds the
 effects that are neutral in it, in steps of a millisecond, residuals filtered. The C loop takes the same steps of one
-motor, one lane after the other, and computes of the law only what its effects need; it is compiled by
+motor, one sequence after the other, and computes of the law only what its effects need; it is compiled by
 `cc -O3 -march=native -ffast-math`, without the effects that are not there; so is the program `alone`, which long logs
 have. Both are timed in turn, in seconds of the processor. A Jacobian is what a step of a fit
 costs: the residual and its derivative by every free number. Goals: 2 x C, and 1.5 simulations for each column.

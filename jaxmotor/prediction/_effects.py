@@ -49,7 +49,7 @@ def _simulated(
 ) -> Run:
     """Of all sequences (row, ..., sequence)."""
     batch, each = log.problem.batch, speeds.ndim - 1
-    # Lanes do not hold experiments in their order; what is warm is followed through the whole recording instead.
+    # Sequences do not hold experiments in their order; what is warm is followed through the whole recording instead.
     rise = jax.vmap(warmth, (0, None))(motor, log.measured_log) if each else warmth(motor, log.measured_log)
 
     def chosen(
