@@ -23,9 +23,7 @@ def with_bends(solver: Solver, base: Fitted, fitted: Fitted, tolerance: float, b
     fitted."""
     known = base.names if set(base.names) <= set(fitted.names) else ()
     for effect in fitted.motor.effects:
-        if effect.name in known or not isinstance(effect, AbstractBentCurve):
-            continue
-        if float(effect.bend_share) == NO_PLACE:
+        if effect.name not in known and isinstance(effect, AbstractBentCurve) and float(effect.bend_share) == NO_PLACE:
             shares = (np.arange(PLACES) + 0.5) / PLACES
             bent = _moved(solver, fitted, effect.name, [shares, _around(1 / PLACES)], tolerance, BETTER, bar)
             if bent is not fitted:
