@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from jaxmotor.motor._late_volts import LateVolts, late_volts
 from jaxmotor.motor._linear import AbstractLinearMotor
 from jaxmotor.motor._readable import readable
 from jaxmotor.motor._scan import scan_rows
@@ -153,6 +154,8 @@ class _Row(NamedTuple):
     angle: "_Readings | None"
     warmth: Scalar | None
     place: Scalar | None
+    late: LateVolts | None
+    """Where voltages act late and rows have lengths of their own."""
 
 
 class _Readings(NamedTuple):
@@ -181,9 +184,7 @@ class _Carry(NamedTuple):
     x: tuple[Scalar, ...]
     memory: tuple[Scalar, ...]
     past: Float[Array, "k *sequence"]
-    """Voltages asked for, the latest first; empty without delay."""
-    since: Float[Array, "k *sequence"] | None
-    """Time from when each of `past` was asked for to the tick [s]; None where all ticks are equally long."""
+    """Voltages asked for, the latest first; empty without delay, and where rows have lengths of their own."""
     angle: Scalar
     """Simulated [rad]."""
     read: Scalar
@@ -248,9 +249,11 @@ def simulate_motor(
     speed that a sensor shows at the tick. Rows from `used` on are not simulated. Without `begin` the shaft stands at 0,
     in the middle of a count. `lengths` are a typical `duration` and the longest [s]: given them, many rows of durations
     of their own are interpolated, to parts in 1e9, instead of computed one by one; a row that is longer still is taken
-    to be that long. A delay may be `late` - 2 rows at most (`rows_late`); a longer one is taken to be that long.
+    to be that long. In even rows a delay may be `late` - 2 of them at most (`rows_late`); a longer one is taken to be
+    that long.
 
-    **Raises:** `ValueError` where voltages may be early and a `controller`, which does not know them yet, chooses them.
+    **Raises:** `ValueError` where a `controller` chooses voltages that it does not know in time: they may be early, or
+    rows have lengths of their own and voltages act late.
     """
     shape = jnp.broadcast_shapes(*(jnp.shape(leaf) for leaf in jax.tree.leaves((motor, rows.initial_speed[0]))))
     motor = jax.tree.map(lambda leaf: jnp.reshape(leaf, (1,) * (len(shape) - jnp.ndim(leaf)) + jnp.shape(leaf)), motor)
@@ -258,6 +261,8 @@ def simulate_motor(
     setup = _Setup(motor, parts, steps, supply, controller, count_rad, instantaneous, late)
     if controller is not None and setup.parts.early:
         raise ValueError("a controller cannot choose voltages that act before they are chosen")
+    if controller is not None and setup.parts.delays and duration.ndim > 0:
+        raise ValueError("a controller cannot choose voltages that act late in rows of lengths of their own")
     over = setup.over
     if lengths is not None:
         # As many steps in each row: loops side by side would wait for the longest, and do all else twice.
@@ -273,6 +278,9 @@ def simulate_motor(
         return _tick(setup, spans or functools.partial(_spans, own, over), _begun(setup, carry, row), row)
 
     inputs = _inputs(rows, duration, setup.parts.early)
+    if spans is None and parts.delays:
+        late_ones = late_volts(_delay(setup), rows.volts, rows.reset, duration, early=parts.early)
+        inputs = inputs._replace(late=late_ones)
     _, run = scan_rows(tick, _start(setup, rows.volts[0], shape, begin, even=spans is not None), inputs, used)
     return run
 
@@ -285,7 +293,7 @@ def _inputs(rows: Rows, duration: Float[Array, "..."], early: bool) -> _Row:
     ends = jnp.concatenate([rows.reset[1:], one])
     volts = jnp.where(ends, rows.volts, jnp.roll(rows.volts, -1, axis=0)) if early else rows.volts
     own = (rows.volts, rows.reset, rows.initial_speed, rows.time)
-    return _Row(volts, *own, pause, lengths, angle, rows.warmth, rows.place)
+    return _Row(volts, *own, pause, lengths, angle, rows.warmth, rows.place, None)
 
 
 def _readings(angle: Float[Array, "n *sequence"], reset: Bool[Array, "n *sequence"]) -> _Readings:
@@ -360,38 +368,13 @@ def _ticks_late(setup: _Setup, duration: Scalar) -> tuple[Int[Array, "..."], Sca
     return whole.astype(setup.steps.dtype), jnp.minimum(ticks - whole, 1.0)
 
 
-def _late_volts(
-    delay: Scalar, past: Float[Array, "k *sequence"], since: Float[Array, "k *sequence"], duration: Scalar
-) -> tuple[Scalar, Scalar, Scalar]:
-    """The voltage that acts as a tick of `duration` [s] begins, that after it, and for which part of it the first acts,
-    where those of `past`, asked for `since` when [s], act `delay` [s] later.
-
-    The second is the mean of all that follow in the tick: there may be more than one where ticks before were shorter.
-    """
-    # Motors side by side may have an axis that a row's voltages have not.
-    shape = jnp.broadcast_shapes(delay.shape, since.shape[1:], duration.shape)
-    delay, duration = jnp.broadcast_to(delay, shape), jnp.broadcast_to(duration, shape)
-    past, since = (jax.vmap(lambda row: jnp.broadcast_to(row, shape))(one) for one in (past, since))
-    begins = delay[None] - since
-    acts = begins <= 0
-    number = jnp.where(acts.any(0), jnp.argmax(acts, axis=0), len(past) - 1)
-    old = jnp.take_along_axis(past, number[None], 0, mode="promise_in_bounds")[0]
-    change = jnp.minimum(jnp.where(acts, jnp.inf, begins).min(0), duration)
-    inside = jnp.clip(begins, change[None], duration[None])
-    follows = jnp.concatenate([duration[None], inside[:-1]]) - inside
-    rest = duration - change
-    new = jnp.where(rest > 0, (follows * past).sum(0) / jnp.where(rest > 0, rest, 1.0), past[0])
-    return old, new, change / duration
-
-
 def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: InitialAngle | None, *, even: bool) -> _Carry:
     zero = jnp.zeros(shape, volts.dtype)
     angle, reading = (zero, zero + 0.5) if begin is None else begin
     memory = tuple(zero for _ in setup.parts.memories)
-    past = jnp.zeros((setup.late if setup.parts.delays else 0, *volts.shape), volts.dtype)
-    since = None if even or not setup.parts.delays else past
+    past = jnp.zeros((setup.late if setup.parts.delays and even else 0, *volts.shape), volts.dtype)
     control = None if setup.controller is None else setup.controller.begin()
-    return _Carry(setup.resting(zero), memory, past, since, angle, zero, reading, control)
+    return _Carry(setup.resting(zero), memory, past, angle, zero, reading, control)
 
 
 def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
@@ -405,7 +388,6 @@ def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
         x=setup.resting(row.speed, row.place),
         memory=tuple(effect.begin(memory, row.speed, pause) for effect, memory in effects),
         past=jnp.zeros_like(carry.past).at[:1].set(row.own if setup.parts.early else 0.0),
-        since=None if carry.since is None else jnp.zeros_like(carry.since),
         read=-_rounded(carry.reading, -row.speed * row.duration, setup.count_rad)[0],
         control=None if setup.controller is None else setup.controller.begin(),
     )
@@ -418,10 +400,10 @@ def _tick(
     parts, volts, control = setup.parts, row.volts, carry.control
     if setup.controller is not None:
         volts, control = setup.controller.volts(control, volts, _reading(setup, carry, row.duration), row.duration)
-    past, since = _asked(setup, carry, volts, row.duration)
+    past = jnp.concatenate([volts[None], carry.past])[: len(carry.past)]
     old, new, part, zero = volts, volts, row.duration, jnp.zeros_like(carry.angle)
-    if since is not None:
-        old, new, part = _late_volts(_delay(setup), past, since, row.duration)
+    if row.late is not None:
+        old, new, part = row.late
     elif parts.delays and isinstance(spans, _Spans):
         old, new = _ago(past, spans.whole + 1), _ago(past, spans.whole)
     now = spans if isinstance(spans, _Spans) else spans(row.duration, part, jnp.zeros_like(setup.steps))
@@ -429,23 +411,9 @@ def _tick(
     state = _steps(setup, now, State(carry.x, carry.memory, zero, zero), (old, new), measured or carry.angle, row)
     seen = state.seen + _disc_error(parts, carry.angle, state.turn, measured)
     read, reading = _rounded(carry.reading, seen, setup.count_rad)
-    later = None if since is None else since + row.duration[None]
-    after = _Carry(state.x, state.memory, past, later, carry.angle + state.turn, read, reading, control)
+    after = _Carry(state.x, state.memory, past, carry.angle + state.turn, read, reading, control)
     speed = carry.x[0]
     return after, Run(speed, state.turn, sensed_speed_of(parts, speed, carry.memory, setup.supply), seen, volts)
-
-
-def _asked(
-    setup: _Setup, carry: _Carry, volts: Scalar, duration: Scalar
-) -> tuple[Float[Array, "k *sequence"], Float[Array, "k *sequence"] | None]:
-    """The voltages asked for up to this tick, and since when [s]; where they may be early, the next one's, too."""
-    if not setup.parts.delays:
-        return carry.past, None
-    past = jnp.concatenate([volts[None], carry.past[:-1]])
-    if carry.since is None:
-        return past, None
-    first = -duration if setup.parts.early else jnp.zeros_like(duration)
-    return past, jnp.concatenate([first[None], carry.since[:-1]])
 
 
 def _reading(setup: _Setup, carry: _Carry, duration: Scalar) -> Scalar:

@@ -1,11 +1,12 @@
 """`lax.scan` over the first rows only: one compiled program then serves recordings of any length up to its own."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Int
+from jaxtyping import Array, Float, Int
 
 
 def scan_rows(
@@ -30,3 +31,9 @@ def scan_rows(
     _, shape = jax.eval_shape(step, carry, at(jnp.zeros((), jnp.int32)))
     out = jax.tree.map(lambda leaf: jnp.zeros((size, *leaf.shape), leaf.dtype), shape)
     return jax.lax.fori_loop(0, count, body, (carry, out))
+
+
+def taken(values: Float[Array, "row ..."], rows: Int[Array, "some ..."]) -> Float[Array, "some ..."]:
+    """`values` of `rows`, all of which there are: one index into all values takes a quarter of the time of several."""
+    column = jnp.arange(math.prod(values.shape[1:]), dtype=rows.dtype).reshape(1, *values.shape[1:])
+    return values.reshape(-1).at[rows * column.size + column].get(mode="promise_in_bounds")

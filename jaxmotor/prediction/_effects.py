@@ -1,6 +1,5 @@
 """What a log would hold of a motor with effects."""
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -8,7 +7,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxmotor.motor import Motor, Rows, Run, scan_rows, simulate_motor, warmth
+from jaxmotor.motor import Motor, Rows, Run, scan_rows, simulate_motor, taken, warmth
 from jaxmotor.motor.effects import SpeedWindow
 from jaxmotor.prediction._log import Log
 from jaxmotor.prediction._problem import Problem
@@ -135,7 +134,7 @@ def _sought(
         first = _row_in(time, moment, start, own, jnp.clip(own - back, start, own))
         speed = jnp.moveaxis(speeds[..., _rows(piece, begin, chunk)], -2, 0)
         before = speed * jnp.maximum(long - past, 0.0)
-        return _Window(first, jnp.maximum(moment - _taken(time, first), 0.0), before, long)
+        return _Window(first, jnp.maximum(moment - taken(time, first), 0.0), before, long)
 
     return at
 
@@ -150,10 +149,10 @@ def _row_in(
     """The last row from `first` to `last` that begins by a `moment`, `near` to the given one."""
 
     def is_late(row: Int[Array, "chunk *motors sequence"]) -> Bool[Array, "chunk *motors sequence"]:
-        return (row > first) & (_taken(time, row) > moment)
+        return (row > first) & (taken(time, row) > moment)
 
     def is_early(row: Int[Array, "chunk *motors sequence"]) -> Bool[Array, "chunk *motors sequence"]:
-        return (row < last) & (_taken(time, jnp.minimum(row + 1, last)) <= moment)
+        return (row < last) & (taken(time, jnp.minimum(row + 1, last)) <= moment)
 
     return _walked(is_early, 1, _walked(is_late, -1, near))
 
@@ -170,12 +169,6 @@ def _walked(
         return row, goes_on(row)
 
     return jax.lax.while_loop(lambda state: state[1].any(), on, (row, goes_on(row)))[0]
-
-
-def _taken(values: Float[Array, "row ..."], rows: Int[Array, "chunk ..."]) -> Float[Array, "chunk ..."]:
-    """`values` of `rows`, all of which there are: one index into all values takes a quarter of the time of several."""
-    column = jnp.arange(math.prod(values.shape[1:]), dtype=rows.dtype).reshape(1, *values.shape[1:])
-    return values.reshape(-1).at[rows * column.size + column].get(mode="promise_in_bounds")
 
 
 def _rows(values: Array, begin: Int[Array, ""], chunk: int) -> Array:
@@ -205,9 +198,9 @@ def _mean_speed(
     ) -> Float[Array, "row *motors sequence"]:
         at = jnp.minimum(number * chunk, len(angle) - chunk)
         window = windows(at)
-        before, begin, turn = (_taken(values, window.first) for values in every)
-        end = _taken(run.sensed_speed, jnp.minimum(window.first + 1, len(angle) - 1))
-        length = _taken(lengths, window.first) if lengths.ndim else lengths
+        before, begin, turn = (taken(values, window.first) for values in every)
+        end = taken(run.sensed_speed, jnp.minimum(window.first + 1, len(angle) - 1))
+        length = taken(lengths, window.first) if lengths.ndim else lengths
         share, rise, mean = window.part / length, (end - begin) * length, turn - begin * length
         inside = window.part * begin + share**2 * (3 * mean - rise + share * (rise - 2 * mean))
         turned = _rows(angle, at, chunk) - before - inside + window.before

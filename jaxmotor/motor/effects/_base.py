@@ -322,9 +322,9 @@ class AbstractSourceEffect(AbstractEffect):
 OWN_LAG_S = 2.6e-4
 """Longest L/R of a motor without an effect: what is late by no more than that may be the winding's."""
 LONGEST_DELAY_S = 0.12
-"""Delays up to this are simulated and sought, and any of `FEWEST_LATE` - 2 rows."""
+"""Delays up to this are sought, and in even rows simulated; and any of `FEWEST_LATE` - 2 rows."""
 FEWEST_LATE, MOST_LATE = 32, 1024
-"""Rows that a simulation remembers of the voltage: powers of two between these."""
+"""Rows that a simulation of even rows remembers of the voltage: powers of two between these."""
 
 
 def rows_late(period_s: float) -> int:

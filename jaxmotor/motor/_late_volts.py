@@ -1,0 +1,78 @@
+"""Which voltages act in rows of lengths of their own, where each acts some time after it was asked for.
+
+Row k begins at T_k, lasts d_k and asks for u_k, which acts from T_k + τ on, as long as the next one does not. With
+C(t) the integral of u over time up to t, and j the last row with T_j + τ <= T_k,
+
+    old = u_j,    part = min(T_{j+1} + τ - T_k, d_k)/d_k,
+    new = (C(T_{k+1} - τ) - C(T_{j+1}))/(T_{k+1} - τ - T_{j+1}),
+
+the mean of all that follow within the row: there may be several where rows before were shorter.
+"""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
+
+from jaxmotor.motor._scan import taken
+from jaxmotor.motor.effects._base import Scalar
+
+
+class LateVolts(NamedTuple):
+    """Of each row."""
+
+    old: Float[Array, "n *sequence"]
+    """That acts as the row begins [V]."""
+    new: Float[Array, "n *sequence"]
+    """That acts after it [V]."""
+    part: Float[Array, "n *sequence"]
+    """Of the row in which the old one acts, 0 to 1."""
+
+
+def late_volts(
+    delay: Scalar,
+    volts: Float[Array, "n *sequence"],
+    reset: Bool[Array, "n *sequence"],
+    duration: Float[Array, "n *sequence"],
+    *,
+    early: bool,
+) -> LateVolts:
+    """Where `volts` act `delay` [s] after the begin of their row; before those of an experiment, which begins at
+    `reset`, there is none. With `early` they may act before, by a row at most."""
+    duration = jnp.broadcast_to(duration, volts.shape)
+    number = jnp.arange(len(volts), dtype=jnp.int32).reshape(-1, *(1,) * (volts.ndim - 1))
+    begin = jax.lax.cummax(jnp.where(reset, number, 0), axis=0)
+    last = jnp.broadcast_to(number, volts.shape)
+    if early:
+        ends = jnp.concatenate([reset[1:], jnp.ones_like(reset[:1])])
+        last = jnp.where(ends, number, number + 1)
+    time, charge = (
+        jnp.concatenate([jnp.zeros_like(one[:1]), jnp.cumsum(one, 0)]) for one in (duration, volts * duration)
+    )
+    acting = last_by(time[:-1], time - delay)
+    at, by = (jnp.clip(rows, begin - 1, last) for rows in (acting[:-1], acting[1:]))
+
+    def asked(rows: Int[Array, "n *sequence"]) -> Float[Array, "n *sequence"]:
+        return jnp.where(rows < begin, 0.0, taken(volts, jnp.maximum(rows, 0)))
+
+    next_time = taken(time, at + 1)
+    change = jnp.where(at < last, jnp.clip(next_time + delay - time[:-1], 0.0, duration), duration)
+    # Several in one row: each but the last acts for a row, so that what they are divided by is not small.
+    several = by > at + 1
+    lasted = jnp.where(several, time[1:] - delay - next_time, 1.0)
+    within = time[1:] - delay - taken(time, jnp.maximum(by, 0))
+    mean = (taken(charge, jnp.maximum(by, 0)) - taken(charge, at + 1) + asked(by) * within) / lasted
+    return LateVolts(asked(at), jnp.where(several, mean, asked(by)), change / duration)
+
+
+def last_by(time: Float[Array, "n *row"], moment: Float[Array, "m *sequence"]) -> Int[Array, "m *sequence"]:
+    """The last row that begins by each `moment`, of those that begin at `time`; -1 where none does."""
+    bits = len(time).bit_length()
+
+    def halved(number: Int[Array, ""], found: Int[Array, "m *sequence"]) -> Int[Array, "m *sequence"]:
+        further = found + jnp.left_shift(jnp.int32(1), bits - 1 - number)
+        begins = taken(time, jnp.minimum(further, len(time) - 1)) <= moment
+        return jnp.where((further < len(time)) & begins, further, found)
+
+    return jax.lax.fori_loop(0, bits, halved, jnp.full(moment.shape, -1, jnp.int32))
