@@ -151,7 +151,7 @@ def _wrap(text: str | None) -> int | str | None:
 
 
 def _summary(recording, output: Path) -> str:
-    from jaxmotor.recording import lost_ticks, warn_early
+    from jaxmotor.recording import lost_ticks, warn_early, warn_pulses
 
     segments = recording.segments
     rows = sum(map(len, segments))
@@ -161,7 +161,7 @@ def _summary(recording, output: Path) -> str:
     every_s = recording.header.get("readings_every_s")
     if every_s is not None:
         without += f"; the log repeated each reading for about {1e3 * every_s:.3g} ms, only new ones are kept"
-    without += "".join(f"; {sentence}" for sentence in warn_early(recording))
+    without += "".join(f"; {sentence}" for sentence in (*warn_early(recording), *warn_pulses(recording)))
     if recording.period_s is None:
         return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept{without}"
     lost = sum(map(lost_ticks, segments))

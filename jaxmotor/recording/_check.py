@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxmotor._arguments import is_number
 from jaxmotor.recording._jumps import check_jumps
-from jaxmotor.recording._pulse_windows import check_pulses
+from jaxmotor.recording._pulse_windows import check_pulses, seen_pulses_per_rev
 from jaxmotor.recording._ranges import ranges
 from jaxmotor.recording._read import recording_of
 from jaxmotor.recording._recording import Recording, RecordingError, Segment, mean_speeds
@@ -33,6 +33,8 @@ NO_WINDOW = (
     "it is not known over how long each speed was averaged; state speed_window_s (jaxmotor import: --speed-window; 0 "
     "for an instantaneous one), or a delay will be seen that the motor does not have"
 )
+WHOLE = 0.01
+"""Part of a number of pulses per turn by which it may be off from a whole one, which it then is."""
 LONG, FEW = 20.0, 0.02
 """A gap between rows over the usual time between them; and the share of rows up to which there are such gaps: with more
 it is a way to log."""
@@ -62,6 +64,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_unknowns(recording),
         *warn_supply(recording),
         *warn_repeats(recording),
+        *warn_pulses(recording),
     )
 
 
@@ -257,6 +260,21 @@ def warn_repeats(recording: Recording) -> list[str]:
     return [
         f"the log repeated each reading for about {1e3 * every:.3g} ms, so only rows with a new one are kept, each "
         "with the mean voltage until the next; let the sensor give them as often as they are logged"
+    ]
+
+
+def warn_pulses(recording: Recording) -> list[str]:
+    """Speeds that look like those from the time between two pulses, which nobody has stated."""
+    if recording.measured != "speed" or recording.speed_pulses_per_rev is not None:
+        return []
+    number = seen_pulses_per_rev(recording.segments)
+    if number is None:
+        return []
+    whole = round(number)
+    number = whole if abs(number - whole) < WHOLE * whole else number
+    return [
+        f"each new speed is 1/{number:.4g} of a turn over the time since the one before it: it seems to come from the "
+        f"time between two pulses of a sensor; import the log with --speed-pulses {number:.4g}"
     ]
 
 

@@ -12,6 +12,13 @@ from jaxtyping import Bool, Float
 
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 
+FEWEST = 10
+"""New readings of a turning shaft that show where speeds come from."""
+STEADY = 0.4
+"""Scatter of the angle between two, over that of the speeds and of the times, up to which it is always the same."""
+OPPOSED = -0.9
+"""Correlation of the logarithms of speeds and times, which is -1 where the angle between two is the same."""
+
 
 def pulse_windows(segment: Segment, pulses_per_rev: float) -> tuple[Float[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
     """(n,) over how long before its row each speed of `segment` is a mean [s], and whether a pulse came since the row
@@ -31,6 +38,33 @@ def usual_window_s(segments: Iterable[Segment], pulses_per_rev: float) -> float 
     known = [window[fresh] for window, fresh in (pulse_windows(one, pulses_per_rev) for one in segments)]
     every = np.concatenate([np.zeros(0), *known])
     return float(np.median(every)) if len(every) else None
+
+
+def seen_pulses_per_rev(segments: Iterable[Segment]) -> float | None:
+    """Pulses per turn, where speeds are seen to be from the time between two: each new one, times the time since the
+    one before it, is the same angle. None where they are not, or where what is the same are both."""
+    parts = [_new_readings(segment) for segment in segments]
+    apart, size = (np.log(np.concatenate([np.zeros(0), *column])) for column in zip(*parts, strict=True))
+    if len(apart) < FEWEST or min(np.std(apart), np.std(size)) == 0:
+        return None
+    angle = apart + size
+    steady = _scatter(angle) < STEADY * min(_scatter(apart), _scatter(size))
+    opposed = float(np.corrcoef(apart, size)[0, 1]) < OPPOSED
+    return 2 * np.pi / float(np.exp(np.median(angle))) if steady and opposed else None
+
+
+def _new_readings(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
+    """(m,) time since the reading before [s] and size [rad/s], of new readings while the shaft turns."""
+    assert segment.speed_rad_s is not None
+    size = np.abs(segment.speed_rad_s)
+    new = np.flatnonzero(np.diff(size, prepend=size[:1]) != 0)
+    turns = (size[new][1:] > 0) & (size[new][:-1] > 0)
+    return np.diff(segment.time_s[new])[turns], size[new][1:][turns]
+
+
+def _scatter(column: np.ndarray) -> float:
+    """Median distance from the median."""
+    return float(np.median(np.abs(column - np.median(column))))
 
 
 def check_pulses(recording: Recording) -> None:

@@ -61,6 +61,29 @@ def log_of(tmp_path, pulses=PULSES, name="log.csv", scale=1.0):
     return import_log(tmp_path / name, **stated, speed_pulses_per_rev=pulses)
 
 
+@pytest.mark.parametrize("row_s", [0.0005, 0.002])
+def test_speeds_from_pulses_that_nobody_stated_are_told(tmp_path, row_s):
+    time = np.arange(0, 3, row_s)
+    speed = printed(time, lambda t: 6 * t - np.cos(2 * t), lambda t: 6 + 2 * np.sin(2 * t))
+    rows = "".join(f"{t:.4f},{100 * (y > 0):d},{y:.4f}\n" for t, y in zip(time, speed, strict=True))
+    (tmp_path / "log.csv").write_text("t,pwm,w\n" + rows)
+    stated = {"time": "t", "input": "pwm:duty:255", "supply_V": 6.0, "speed": "w:rad/s"}
+    told = check(import_log(tmp_path / "log.csv", **stated))
+    assert any("--speed-pulses 40" in sentence for sentence in told)
+    told = check(import_log(tmp_path / "log.csv", **stated, speed_pulses_per_rev=PULSES))
+    assert not any("--speed-pulses" in sentence for sentence in told)
+
+
+@pytest.mark.parametrize("every", [1, 10])
+def test_speeds_at_an_even_pace_are_not_taken_for_those_of_pulses(every):
+    """Nor where a reading is repeated, at a speed that wanders as pulses would show it."""
+    rng = np.random.default_rng(0)
+    speed = 6 + np.cumsum(0.05 * rng.standard_normal(200))
+    segment = np.repeat(speed, every)
+    recording = from_arrays(time_s=0.002 * np.arange(len(segment)), volts=np.ones(len(segment)), speed_rad_s=segment)
+    assert not any("--speed-pulses" in sentence for sentence in check(recording))
+
+
 def test_it_is_stated_kept_and_joined(tmp_path):
     made = log_of(tmp_path)
     assert made.speed_pulses_per_rev == PULSES and made.speed_window_s == pytest.approx(0.02, abs=0.015)
