@@ -2,12 +2,17 @@
 
 import math
 
+USELESS = 1e6
+"""Times a value, from which its half-width only says that nothing is known of it."""
+
 
 def with_error(value: float, error: float, unit: str) -> str:
     """`value ± 95 % half-width unit`, with as many digits as the error allows."""
     half = 1.96 * error
     if not math.isfinite(half) or half <= 0:
         return f"{value:.6g} {unit}".rstrip()
+    if half > USELESS * abs(value) > 0:
+        return f"{value:.3g} {unit}".rstrip() + " (not determined)"
     digits = _digits(half)
     if digits > 12:
         return f"{value:.6g} ± {half:.1e} {unit}".rstrip()

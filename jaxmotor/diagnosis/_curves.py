@@ -71,7 +71,8 @@ def law_of(
     covariance = columns @ (free @ known @ free.T) @ columns.T
     volts = columns @ np.array([float(getattr(effect, key)) for key in terms])
     weight = np.maximum(np.histogram(places, POINTS, (low, high))[0] / (len(places) / POINTS), RARE)
-    like = resemblances(effect.coordinate, at, volts, weight, covariance)
+    most_V = float(np.abs(np.asarray(trial.problem.batch.volts)[trial.valid]).max(initial=0.0))
+    like = resemblances(effect.coordinate, at, volts, weight, covariance, most_V)
     error = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return LearnedLaw(effect.coordinate, at, volts, error, share, gain, like)
 

@@ -1,6 +1,7 @@
 """What was learned over a coordinate, and which known laws it is like."""
 
 import dataclasses
+import math
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
@@ -89,14 +90,19 @@ class LearnedLaw:
 
 
 def resemblances(
-    coordinate: LearnedCoordinate, at: np.ndarray, volts: np.ndarray, weight: np.ndarray, covariance: np.ndarray
+    coordinate: LearnedCoordinate,
+    at: np.ndarray,
+    volts: np.ndarray,
+    weight: np.ndarray,
+    covariance: np.ndarray,
+    most_V: float = math.inf,
 ) -> tuple[Resemblance, ...]:
     """Known shapes that are like `volts` (n,) of this `covariance`, the most alike first; each once, in the size that
-    fits best."""
+    fits best. None that adds more than `most_V`: what is nearly straight is like the little that many shapes bend."""
     best: dict[str, Resemblance] = {}
     for shape in _shapes(coordinate, at):
         found = _resemblance(coordinate, at, volts, weight, covariance, shape)
-        if shape.name not in best or found.similarity > best[shape.name].similarity:
+        if found.volts <= most_V and (shape.name not in best or found.similarity > best[shape.name].similarity):
             best[shape.name] = found
     return tuple(sorted(best.values(), key=lambda one: -one.similarity))
 

@@ -85,8 +85,11 @@ def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
 
 
 def cause(found: FoundEffect) -> str:
-    """The effect with its probability, or its family with it where that is all that may be said."""
+    """The effect with its probability, or its family with it where that is all that may be said; without either being
+    likely, that the motor fits better with it."""
     own = f"probability {percent(found.probability)}"
+    if not found.is_told:
+        return f"no cause that is likely; the motor fits better with {found.name} ({own})"
     if found.is_named:
         also = f", with the alternatives that fit as well {percent(found.family_probability)}" if equals(found) else ""
         return f"{found.name} ({own}{also})"

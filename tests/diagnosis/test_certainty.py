@@ -79,6 +79,13 @@ def test_below_the_stated_probability_the_family_is_told():
     assert "sensor_lag (probability 90 %):" in " ".join(diagnosis_text(imitated(sure)).split())
 
 
+def test_what_is_not_likely_is_no_cause():
+    rare = dataclasses.replace(unsure("sensor_lag"), probability=0.2, of_family=0.3, name_probability=0.2)
+    told = " ".join(diagnosis_text(imitated(rare)).split())
+    assert "no cause that is likely; the motor fits better with sensor_lag (probability 20 %): " in told
+    assert "if it is sensor_lag" not in told
+
+
 def test_the_bars_of_a_family_add_up():
     shares = dict(odds(unsure("coulomb_friction", 0.2, 0.7)))
     phrase = family_of(EFFECTS["coulomb_friction"].start())

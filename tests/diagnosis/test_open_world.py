@@ -264,3 +264,13 @@ def test_known_laws_are_recognised(coordinate, low, high, curve, name, text):
             for one in resemblances(coordinate, at, -curve(at), np.ones(121), np.zeros((121, 121)))
         }
         assert turned[name] == 0
+
+
+def test_a_curve_is_like_nothing_larger_than_the_voltages_applied():
+    at = np.linspace(100, 900, 121)
+    shape = -8.0 * np.exp(-np.square(at / 850))
+    bent = shape - np.polyval(np.polyfit(at, shape, 1), at)
+    told = resemblances("speed", at, bent, np.ones(121), np.zeros((121, 121)))
+    within = resemblances("speed", at, bent, np.ones(121), np.zeros((121, 121)), most_V=5.0)
+    assert np.abs(bent).max() < 2.0
+    assert max(one.volts for one in told) > 5.0 >= max(one.volts for one in within)

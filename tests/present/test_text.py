@@ -16,7 +16,13 @@ from jaxmotor.cli._text import fit_text
 from jaxmotor.motor.effects import EFFECTS, told_parameters
 from jaxmotor.present import position_drift, simulation
 from jaxmotor.present._style import plain
-from jaxmotor.text import if_determined, key_title, parameter_title, spoken, voltage, with_bracket
+from jaxmotor.text import if_determined, key_title, parameter_title, spoken, voltage, with_bracket, with_error
+
+
+def test_an_error_that_only_says_that_nothing_is_known_is_said_so():
+    assert with_error(133.0, 5.8e118, "ms") == "133 ms (not determined)"
+    assert with_error(0.001, 3.0, "mV") == "0.0 ± 5.9 mV"
+    assert with_error(0.0, 3.0, "mV") == "0.0 ± 5.9 mV"
 
 
 @settings(max_examples=30)
