@@ -13,7 +13,7 @@ from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
 from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.prediction import LAG_S, Packed
-from jaxmotor.recording import Recording, warn_early
+from jaxmotor.recording import Recording, warn_early, warn_spikes
 
 SLOW = "it shows in how the speed follows a fast change: add steps, or sines near the pole's frequency"
 QUIET_LOG10_Q = -4.0
@@ -238,7 +238,7 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, p
             "motor that follows them: record steps or sines"
         )
     if error[2] > UNDETERMINED or pole_share < LEAST_POLE_SHARE:
-        [what] = warn_early(recording) or [SLOW]
+        [what, *_] = [*warn_spikes(recording), *warn_early(recording), SLOW]
         raise JaxmotorError(
             f"{recording.name}: the pole is not determined by this recording (the gain is {gain:.4g} "
             f"± {1.96 * error[0]:.2g} rad/s/V); {what}"

@@ -10,7 +10,7 @@ from jaxmotor.estimate._compiled import trajectory_program
 from jaxmotor.estimate._trajectory import MAX_STEPS, Solution
 from jaxmotor.estimate._uncertainty import Uncertainty
 from jaxmotor.prediction import Problem
-from jaxmotor.recording import Recording, warn_gaps, warn_sign
+from jaxmotor.recording import Recording, warn_gaps, warn_sign, warn_spikes
 
 
 class Estimate(NamedTuple):
@@ -41,6 +41,7 @@ def estimate_of(recording: Recording, found: dict[str, Any]) -> Estimate:
     if not _settled(estimate):
         [why, *_] = [
             *warn_sign(recording),
+            *warn_spikes(recording),
             *warn_gaps(recording),
             "the pole is not determined by this recording, or a column has the wrong unit or sign: look at speed over "
             "voltage, and add steps or sines",

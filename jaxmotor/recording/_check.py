@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 from jaxmotor._arguments import is_number
-from jaxmotor.recording._jumps import check_jumps
+from jaxmotor.recording._jumps import check_jumps, spikes, when
 from jaxmotor.recording._pulse_windows import check_pulses, seen_pulses_per_rev
 from jaxmotor.recording._ranges import ranges
 from jaxmotor.recording._read import recording_of
@@ -65,6 +65,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_supply(recording),
         *warn_repeats(recording),
         *warn_pulses(recording),
+        *warn_spikes(recording),
     )
 
 
@@ -275,6 +276,20 @@ def warn_pulses(recording: Recording) -> list[str]:
     return [
         f"each new speed is 1/{number:.4g} of a turn over the time since the one before it: it seems to come from the "
         f"time between two pulses of a sensor; import the log with --speed-pulses {number:.4g}"
+    ]
+
+
+def warn_spikes(recording: Recording) -> list[str]:
+    """Speeds that last for one row only, and that no motor has."""
+    found = spikes(recording)
+    if not found:
+        return []
+    index, row = found[0]
+    segment = recording.segments[index]
+    more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    return [
+        f"the speed of segment {index} at {when(segment, row)} is {segment.shaft[row]:.4g} rad/s, for that row only"
+        f"{more}: no motor does that, but a counter that wraps, or a spike; correct the row, or leave its speed empty"
     ]
 
 

@@ -11,7 +11,8 @@ motion from one row to the next
 Motion is taken per elapsed tick, so lost samples are no jumps. Starts, stops, reversals, steps, coasting and PRBS
 pass because their motion lasts, and a single pulse into a motor much faster than the sampling by the last condition.
 A jump within 20 counts (and the motion around it) of a power of two is a counter that wrapped; these are recognised
-by the first condition alone, since a narrow counter wraps often.
+by the first condition alone, since a narrow counter wraps often. Of logged speeds a row is told on the same conditions,
+with 20 times the smallest speed in the place of 20 counts; it is no error, for a long log may bear it.
 """
 
 import numpy as np
@@ -54,6 +55,22 @@ def check_jumps(recording: Recording) -> None:
             raise _one_turn(recording, index, int(np.argmax(doubtful[rows])))
         large = doubtful[rows] & (np.abs(motion[rows]) > FACTOR * usual) & ~_pulsed(segment.volts)
         _check_counts(recording, index, jump[rows], doubtful[rows], around[rows], large)
+
+
+def spikes(recording: Recording) -> list[tuple[int, int]]:
+    """Segment and row of each logged speed that no motor has, for that row only."""
+    if recording.measured != "speed":
+        return []
+    sizes = [np.abs(segment.shaft.astype(np.float64)) for segment in recording.segments]
+    every = np.concatenate(sizes)
+    least = max(FACTOR * float(np.quantile(every, 0.99)), LEAST * float(every[every > 0].min(initial=np.inf)))
+    found = []
+    for index, (segment, size) in enumerate(zip(recording.segments, sizes, strict=True)):
+        beside = np.maximum(size[:-2], size[2:])
+        pulsed = _pulsed(segment.volts)
+        alone = (size[1:-1] > FACTOR * beside) & (size[1:-1] > least) & ~(pulsed[:-1] | pulsed[1:])
+        found += [(index, int(row) + 1) for row in np.flatnonzero(alone)]
+    return found
 
 
 def _check_counts(

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recordings import TEXT, counted
 
-from jaxmotor.recording import Recording, RecordingError, Segment, check, lost_ticks
+from jaxmotor.recording import Recording, RecordingError, Segment, check, from_arrays, lost_ticks
 from jaxmotor.recording._check import (
     check_input,
     check_output,
@@ -21,7 +21,7 @@ from jaxmotor.recording._check import (
     warn_sign,
     warn_unknowns,
 )
-from jaxmotor.recording._jumps import check_jumps
+from jaxmotor.recording._jumps import check_jumps, spikes
 from jaxmotor.recording._read import parse
 
 TICKS = np.arange(2000)
@@ -114,6 +114,27 @@ def test_jumps_are_told_apart():
         check_jumps(with_count(recording, reset))
     with pytest.raises(RecordingError, match="wiring"):
         check_jumps(with_count(recording, np.where(TICKS < 900, count, count + 5000)))
+
+
+def sped(volts, speed):
+    return from_arrays(time_s=0.01 * np.arange(len(volts)), volts=volts, speed_rad_s=speed)
+
+
+@pytest.mark.parametrize("pole", [0.02, 0.2, 1.0, 3.0])
+@pytest.mark.parametrize("volts", SOUND.values(), ids=SOUND)
+def test_sound_speeds_have_no_spikes(volts, pole):
+    for friction in (0.0, 1.0):
+        for step in (1e-9, 0.3):
+            assert spikes(sped(volts, step * np.round(motor(volts, pole=pole, friction=friction) / step))) == []
+
+
+@pytest.mark.parametrize("row", [1, 388, 1998])
+def test_a_speed_of_one_row_that_no_motor_has_is_told(row):
+    speed = motor(SOUND["step"])
+    assert not any("for that row only" in sentence for sentence in check(sped(SOUND["step"], speed)))
+    speed[[row, 700]] = -12854.0, 4000.0
+    told = check(sped(SOUND["step"], speed))
+    assert any(f"segment 0 at tick {min(row, 700)} is " in one and "(and 1 more)" in one for one in told)
 
 
 def test_lost_ticks_are_no_jump():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from jaxmotor import diagnose
-from jaxmotor.motor import Motor, Rows, SecondOrder, simulate_motor
+from jaxmotor.motor import Motor, Rows, SecondOrder, SpeedLaw, SpeedLoop, simulate_motor
 from jaxmotor.motor.effects import EFFECTS, TimingOffset, TransportDelay, rows_late
 from jaxmotor.prediction import pack
 from jaxmotor.recording import from_arrays
@@ -124,6 +124,26 @@ def test_a_delay_is_in_seconds_whatever_the_rows_last(period, jitter, delay, err
     assert np.abs(angle[used] - (angle[200] if delay < 0 else 0.0)).max() < error * np.abs(exact[:, 0]).std()
     if error < 1e-5:
         assert np.abs(np.asarray(run.speed) - exact[:-1, 0])[used].max() < error * np.abs(exact[:, 0]).std()
+
+
+def test_a_delay_may_be_longer_than_a_simulation_of_even_rows_remembers(x64):
+    duration = 0.0005 * (1 + 0.1 * np.random.default_rng(0).uniform(-1, 1, 3000))
+    begins, volts = np.cumsum(duration) - duration, np.repeat([0.0, 6.0, -3.0], 1000)
+    motor = Motor(
+        SecondOrder(*(jnp.asarray(x) for x in (GAIN, POLE, 1e-9))), (TransportDelay.of(delay_s=0.4),), jnp.asarray(0.0)
+    )
+    rows = Rows(*(jnp.asarray(x) for x in (volts, np.arange(3000) == 0, np.zeros(3000), begins)))
+    run = jax.jit(lambda: simulate_motor(motor, rows, jnp.asarray(duration), jnp.asarray(7.4), 2))()
+    exact = delayed(begins, volts, begins[-1] + duration[-1], 0.4)
+    assert np.abs(np.asarray(run.speed) - exact[:-1, 0]).max() < 1e-6 * np.abs(exact[:, 0]).max()
+
+
+def test_a_controller_chooses_no_late_voltages_of_rows_of_lengths_of_their_own(x64):
+    motor = Motor(SecondOrder(*(jnp.asarray(x) for x in (GAIN, POLE, 1e-9))), (TransportDelay.of(delay_s=0.01),))
+    rows = Rows(*(jnp.asarray(x) for x in (np.ones(9), np.arange(9) == 0, np.zeros(9), PERIOD * np.arange(9))))
+    loop = SpeedLoop(SpeedLaw.of(0.1, 1.0, 7.4))
+    with pytest.raises(ValueError, match="act late in rows of lengths of their own"):
+        simulate_motor(motor, rows, jnp.full(9, PERIOD), jnp.asarray(7.4), controller=loop)
 
 
 def test_a_delay_of_many_short_rows_is_found(x64):
