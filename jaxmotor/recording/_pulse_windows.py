@@ -16,6 +16,8 @@ FEWEST = 10
 """New readings of a turning shaft that show where speeds come from."""
 STEADY = 0.4
 """Scatter of the angle between two, over that of the speeds and of the times, up to which it is always the same."""
+MOST = 1e5
+"""Pulses per turn that a program times one by one."""
 OPPOSED = -0.9
 """Correlation of the logarithms of speeds and times, which is -1 where the angle between two is the same."""
 
@@ -50,7 +52,9 @@ def seen_pulses_per_rev(segments: Iterable[Segment]) -> float | None:
     angle = apart + size
     steady = _scatter(angle) < STEADY * min(_scatter(apart), _scatter(size))
     opposed = float(np.corrcoef(apart, size)[0, 1]) < OPPOSED
-    return 2 * np.pi / float(np.exp(np.median(angle))) if steady and opposed else None
+    if not (steady and opposed and np.log(2 * np.pi / MOST) < np.median(angle) < np.log(2 * np.pi)):
+        return None
+    return 2 * np.pi / float(np.exp(np.median(angle)))
 
 
 def _new_readings(segment: Segment) -> tuple[np.ndarray, np.ndarray]:

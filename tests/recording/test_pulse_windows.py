@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from jaxmotor.recording import RecordingError, Segment, check, from_arrays, import_log, join, pulse_windows, read, write
+from jaxmotor.recording._check import warn_pulses
 from jaxmotor.recording._read import parse
 
 PULSES = 40.0
@@ -82,6 +83,14 @@ def test_speeds_at_an_even_pace_are_not_taken_for_those_of_pulses(every):
     segment = np.repeat(speed, every)
     recording = from_arrays(time_s=0.002 * np.arange(len(segment)), volts=np.ones(len(segment)), speed_rad_s=segment)
     assert not any("--speed-pulses" in sentence for sentence in check(recording))
+
+
+def test_no_sensor_has_pulses_of_many_turns_or_of_none():
+    time = np.cumsum(np.random.default_rng(0).uniform(1.0, 2.0, 50))
+    for angle in (1e-200, 1e-6, 10.0, 1e5):
+        speed = angle / np.diff(time, prepend=0.0)
+        recording = from_arrays(time_s=time - time[0], volts=np.ones(50), speed_rad_s=speed)
+        assert not any("--speed-pulses" in sentence for sentence in warn_pulses(recording))
 
 
 def test_it_is_stated_kept_and_joined(tmp_path):
