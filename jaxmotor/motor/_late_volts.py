@@ -40,6 +40,8 @@ def late_volts(
 ) -> LateVolts:
     """Where `volts` act `delay` [s] after the begin of their row; before those of an experiment, which begins at
     `reset`, there is none. With `early` they may act before, by a row at most."""
+    # Motors side by side have an axis that rows have not.
+    delay = jnp.broadcast_to(delay, (1, *jnp.broadcast_shapes(delay.shape, volts.shape[1:])))
     duration = jnp.broadcast_to(duration, volts.shape)
     number = jnp.arange(len(volts), dtype=jnp.int32).reshape(-1, *(1,) * (volts.ndim - 1))
     begin = jax.lax.cummax(jnp.where(reset, number, 0), axis=0)

@@ -138,6 +138,31 @@ def test_a_delay_may_be_longer_than_a_simulation_of_even_rows_remembers(x64):
     assert np.abs(np.asarray(run.speed) - exact[:-1, 0]).max() < 1e-6 * np.abs(exact[:, 0]).max()
 
 
+@pytest.mark.parametrize("law", [TransportDelay, TimingOffset])
+def test_motors_of_other_delays_side_by_side_move_as_each_alone(law, x64):
+    rng = np.random.default_rng(1)
+    duration = PERIOD * (1 + 0.4 * rng.uniform(-1, 1, (300, 2)))
+    begins, volts = np.cumsum(duration, axis=0) - duration, np.repeat(rng.uniform(-6, 6, (100, 2)), 3, axis=0)
+    reset = np.isin(np.arange(300), [0, 120])[:, None] & np.array([True, True])
+    delays = np.array([0.0, 0.0021, 0.0173])
+
+    def motors(*delays):
+        linear = SecondOrder(*(jnp.asarray(x) for x in (GAIN, POLE, 1e-9)))
+        each = [Motor(linear, (law(jnp.asarray(delay)),), jnp.asarray(0.0)) for delay in delays]
+        return jax.tree.map(lambda *leaves: jnp.stack(leaves)[:, None], *each)
+
+    rows = Rows(*(jnp.asarray(x)[:, None] for x in (volts, reset, np.zeros((300, 2)), begins)))
+    lasts = jnp.asarray(duration)[:, None]
+
+    def turned(*delays):
+        return np.asarray(simulate_motor(motors(*delays), rows, lasts, jnp.asarray(7.4), 3).turn)
+
+    together = turned(*delays)
+    assert together.shape == (300, 3, 2)
+    for number, delay in enumerate(delays):
+        np.testing.assert_allclose(together[:, number], turned(delay)[:, 0], atol=1e-12)
+
+
 def test_a_controller_chooses_no_late_voltages_of_rows_of_lengths_of_their_own(x64):
     motor = Motor(SecondOrder(*(jnp.asarray(x) for x in (GAIN, POLE, 1e-9))), (TransportDelay.of(delay_s=0.01),))
     rows = Rows(*(jnp.asarray(x) for x in (np.ones(9), np.arange(9) == 0, np.zeros(9), PERIOD * np.arange(9))))
