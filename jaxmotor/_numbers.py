@@ -7,7 +7,8 @@ USELESS = 1e6
 
 
 def with_error(value: float, error: float, unit: str) -> str:
-    """`value ± 95 % half-width unit`, with as many digits as the error allows."""
+    """`value ± 95 % half-width unit`, with as many digits as the error allows; `value unit (not determined)` where the
+    half-width is more than `USELESS` times the value."""
     half = 1.96 * error
     if not math.isfinite(half) or half <= 0:
         return f"{value:.6g} {unit}".rstrip()

@@ -44,7 +44,7 @@ def usual_window_s(segments: Iterable[Segment], pulses_per_rev: float) -> float 
 
 def seen_pulses_per_rev(segments: Iterable[Segment]) -> float | None:
     """Pulses per turn, where speeds are seen to be from the time between two: each new one, times the time since the
-    one before it, is the same angle. None where they are not, or where what is the same are both."""
+    one before it, is the same angle. None where they are not, or where speeds or times hardly differ."""
     parts = [_new_readings(segment) for segment in segments]
     apart, size = (np.log(np.concatenate([np.zeros(0), *column])) for column in zip(*parts, strict=True))
     if len(apart) < FEWEST or min(np.std(apart), np.std(size)) == 0:
