@@ -59,7 +59,7 @@ def _moved(
     if not least < min((1 - better) * square_of(fitted.residual), bar * len(fitted.residual)):
         return fitted
     start = effect.but(bend_share=share, **dict.fromkeys(BENDS, 0.0))
-    new = solver.fit(with_effect(without_effect(fitted.motor, name), start), fitted.speeds, tolerance)
+    new = solver.fit(with_effect(without_effect(fitted.motor, name), start), fitted, tolerance)
     return min(fitted, new, key=lambda one: one.chi2)
 
 

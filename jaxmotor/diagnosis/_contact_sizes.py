@@ -7,6 +7,7 @@ distribution of their logarithms, the other parameters go with them as the linea
 generation are the distribution of the next.
 """
 
+import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -43,7 +44,8 @@ def smoothed(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
         means.append(at)
         if generation % PLACED == PLACED - 1:
             speeds = solver.placed(motor_at(fitted.template, at), speeds, fitted.steps)
-    found = solver.fit(motor_at(fitted.template, np.mean(means[-AVERAGED:], axis=0)), speeds, tolerance)
+    near = dataclasses.replace(fitted, speeds=speeds)
+    found = solver.fit(motor_at(fitted.template, np.mean(means[-AVERAGED:], axis=0)), near, tolerance)
     steps = rng.multivariate_normal(np.zeros(sizes.number), covariance, DRAWS)
     before, after = (_costs(solver, one, sizes, one.free, steps, one.speeds)[0].mean() for one in (fitted, found))
     return found if after < before else fitted

@@ -15,7 +15,7 @@ ahead tells of the sensor alone: then the rows of e and J are means over several
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -115,21 +115,28 @@ def _mean_squares(columns: np.ndarray, shifts: np.ndarray, block: np.ndarray) ->
     return np.where(np.isfinite(outside), np.minimum(outside, WORST * inside), WORST * inside)
 
 
-def weights(found: Sequence[Evidence], prices: Sequence[float], bounds: np.ndarray | float = 0.0) -> np.ndarray:
+def weights(
+    found: Sequence[Evidence],
+    prices: Sequence[float],
+    bounds: np.ndarray | float = 0.0,
+    least: Callable[[int], np.ndarray] = lambda best: np.array(-np.inf),
+) -> np.ndarray:
     """Probability of each model among those given, each with its price in logarithms of probability.
 
     (1 + t²/(B - 1))^(-B/2) exp(-price), t the difference of its score to the best one's over that difference's standard
     error and `NOTHING` together, B the number of blocks (Student's distribution: few blocks say little). Before its
-    price, the logarithm of each is at most its `bounds` (model,), as from `beyond_noise` or `beyond_others`.
+    price, the logarithm of each is at most its `bounds` (model,), as from `beyond_noise` or `beyond_others`, and at
+    least what `least` (model,) says of the best one's number.
     """
-    least = np.min([one.mean for one in found], axis=0)
-    scores = np.stack([np.log(one.squares + SHARE * least[:, None]).mean(axis=0) for one in found])
-    apart = scores - scores[int(np.argmin(scores.mean(axis=1)))]
+    left = np.min([one.mean for one in found], axis=0)
+    scores = np.stack([np.log(one.squares + SHARE * left[:, None]).mean(axis=0) for one in found])
+    best = int(np.argmin(scores.mean(axis=1)))
+    apart = scores - scores[best]
     spread = apart.std(axis=1, ddof=1) / math.sqrt(apart.shape[1])
     t = apart.mean(axis=1) / np.hypot(spread, NOTHING)
     blocks = apart.shape[1]
     by_blocks = -0.5 * blocks * np.log1p(np.square(t) / (blocks - 1))
-    log = np.minimum(by_blocks, bounds) - np.asarray(prices)
+    log = np.maximum(np.minimum(by_blocks, bounds), least(best)) - np.asarray(prices)
     weight = np.exp(log - log.max())
     return weight / weight.sum()
 

@@ -226,9 +226,7 @@ def _in_own_noise(known: _Searched) -> _Searched:
     if not found.named or study.packed.observation.floor_known or found.fitted.chi2 >= 1:
         return known
     quieter = study.quieter(found.fitted.chi2)
-    linear, fitted = (
-        quieter.solver.fit(one.motor, one.speeds, FINE, ties=one.ties) for one in (found.linear, found.fitted)
-    )
+    linear, fitted = (quieter.solver.fit(one.motor, one, FINE, ties=one.ties) for one in (found.linear, found.fitted))
     if not is_possible(fitted.motor, known.search.rig):
         return known
     noise, before = quieter.packed.observation.noise, study.packed.observation.noise

@@ -75,7 +75,7 @@ def _of_known_laws(search: Search, found: Found) -> Found:
     such as Coulomb friction and drag: alone neither explains what the curve does."""
     own = search.visited.fitted.get(frozenset(found.fitted.names), found.fitted)
     for curve in (effect for effect in own.motor.effects if effect.name in LEARNED and effect.over):
-        rest = search.solver.fit(without_effect(own.motor, curve.name), own.speeds, COARSE)
+        rest = search.solver.fit(without_effect(own.motor, curve.name), own, COARSE)
         laws = [law for law in search.solver.request.asked() if law.over == curve.over and law.name not in LEARNED]
         starts = [start for law in laws for start in law.starts(search.rig)]
         _try(search, [rest], starts, math.inf)
@@ -104,7 +104,7 @@ def _of_one_law(search: Search, found: Found) -> Found:
         rest = own.motor
         for effect in own.motor.effects:
             rest = without_effect(rest, effect.name) if type(effect).over in twice else rest
-        base = search.solver.fit(rest, own.speeds, COARSE)
+        base = search.solver.fit(rest, own, COARSE)
         _try(search, [base], [start for one in last if one.over in twice for start in one.starts(search.rig)], bar)
     best = search.visited.best()
     return found if set(best.names) == set(own.names) else search.as_found(best)
@@ -173,7 +173,7 @@ def _fit_each(search: Search, bases: list[Fitted], starts: Sequence[AbstractEffe
 
     def fits(task: tuple[Fitted, tuple[AbstractEffect, ...]]) -> list[Fitted]:
         base, own = task
-        begun = [search.solver.fit(motor, base.speeds, COARSE, bar=bar) for motor in _begins(search, base, own)]
+        begun = [search.solver.fit(motor, base, COARSE, bar=bar) for motor in _begins(search, base, own)]
         return [with_bends(search.solver, base, one, COARSE, bar) for one in begun]
 
     for found in side_by_side(fits, tasks):

@@ -43,7 +43,7 @@ class HeldOut:
 
     def drift(self, motor: Motor, start: Fitted, bar: float = math.inf) -> float:
         """chi2 of `motor`, refitted to the fitted part, on the part held out; roughly where it is above `bar`."""
-        refitted = self.train.fit(motor, start.speeds, 2e-5, bar=bar)
+        refitted = self.train.fit(motor, start, 2e-5, bar=bar)
         return _scored(self.study, self.test, refitted).drift
 
     def without(self, name: str) -> float:
@@ -67,7 +67,7 @@ def hold_out(study: Study, found: Found) -> HeldOut:
     else:
         segments = tuple(int(k) for k in np.unique(study.packed.segment_of[study.trial.valid]))
         train = test = study.solver
-    linear, fitted = (train.fit(one.motor, one.speeds, FINE) for one in (found.linear, found.fitted))
+    linear, fitted = (train.fit(one.motor, one, FINE) for one in (found.linear, found.fitted))
     before, after = (_scored(study, test, one) for one in (linear, fitted))
     return HeldOut(segments, in_part, bool(parts), train, test, study, linear, fitted, before, after)
 

@@ -18,7 +18,7 @@ def is_applied_until_row(recording: Recording, fitted: Fitted) -> bool:
     solver = study_of(earlier, float(fitted.motor.linear.pole)).solver
     if len(solver.cells) != len(fitted.residual):
         return False
-    return solver.fit(fitted.motor, fitted.speeds).chi2 < MUCH * fitted.chi2
+    return solver.fit(fitted.motor, fitted).chi2 < MUCH * fitted.chi2
 
 
 def _earlier(segment: Segment) -> Segment:

@@ -44,7 +44,7 @@ def with_convention(spread: Float[np.ndarray, "p p"], solver: Solver, fitted: Fi
     if fitted.ties is None:
         return spread
     ties = ties_of(solver.trial, fitted, even=True)
-    moved = solver.fit(fitted.motor, fitted.speeds, COARSE, ties=ties).free - fitted.free
+    moved = solver.fit(fitted.motor, fitted, COARSE, ties=ties).free - fitted.free
     return spread + np.outer(moved, moved) if np.isfinite(moved).all() else spread
 
 

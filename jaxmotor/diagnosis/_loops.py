@@ -55,7 +55,7 @@ def loop_gains(study: Study, found: Found, seed: int) -> tuple[LoopGain, ...]:
 
 
 def _refitted(solver: Solver, fitted: Fitted) -> Fitted:
-    return solver.fit(fitted.motor, fitted.speeds, FINE)
+    return solver.fit(fitted.motor, fitted, FINE)
 
 
 def _drawn(fitted: Fitted, study: Study, solver: Solver, seed: int) -> Motor:

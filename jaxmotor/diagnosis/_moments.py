@@ -39,7 +39,7 @@ def finest_s(rig: Rig) -> float:
 
 def moment_error(solver: Solver, fitted: Fitted, step: AbstractStepInTime, rig: Rig) -> float:
     """Standard error of the moment of `step` [s], as the likelihood of those around it has it."""
-    base = solver.fit(without_effect(fitted.motor, step.name), fitted.speeds)
+    base = solver.fit(without_effect(fitted.motor, step.name), fitted)
     moments = float(step.moment_s) + np.linspace(-1, 1, MOMENTS) * finest_s(rig)
     squares = profile(solver, base, step, moments) / max(fitted.chi2, 1.0)
     weight = np.exp(-0.5 * (squares - squares.min()))

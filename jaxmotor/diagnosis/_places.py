@@ -29,5 +29,5 @@ def _moved(
     best = int(np.argmin(squares))
     if not squares[best] < (1 - BETTER) * square_of(without_own(fitted, fitted.residual)):
         return fitted
-    new = solver.fit(with_effect(without_effect(fitted.motor, effect.name), others[best]), fitted.speeds, tolerance)
+    new = solver.fit(with_effect(without_effect(fitted.motor, effect.name), others[best]), fitted, tolerance)
     return min(fitted, new, key=lambda one: one.chi2)

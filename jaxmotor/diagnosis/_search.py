@@ -159,7 +159,7 @@ class Search:
             motor = known.motor
             for name in before.own - self.own:
                 motor = without_effect(motor, name)
-            return self.solver.fit(motor, self.solver.of_these(known.speeds), COARSE, AGAIN)
+            return self.solver.fit(motor, known, COARSE, AGAIN)
 
         self.visited.keep(side_by_side(fit, before.worth_keeping()))
         return self.as_found(self.visited.best())
@@ -230,7 +230,7 @@ class Search:
         return motors
 
     def _fit(self, near: Fitted, motor: Motor, bar: float = math.inf) -> Fitted:
-        return self._placed(near, self.solver.fit(motor, near.speeds, COARSE, bar=bar))
+        return self._placed(near, self.solver.fit(motor, near, COARSE, bar=bar))
 
     def _placed(self, base: Fitted, fitted: Fitted) -> Fitted:
         placed = at_best_place(self.solver, fitted, self.rig, COARSE)
@@ -328,7 +328,7 @@ class Search:
     def _best_of(self, base: Fitted, starts: list[Candidate], bar: float = math.inf, far: float = math.inf) -> Fitted:
         """`base` with the effect, fitted from its best starts of different shape; given up where chi2 will hardly come
         below `bar`, roughly where it is above `far`."""
-        fit = functools.partial(self.solver.fit, speeds=base.speeds, tolerance=COARSE, bar=bar, far=far)
+        fit = functools.partial(self.solver.fit, near=base, tolerance=COARSE, bar=bar, far=far)
         first = starts[0]
         others = [start for start in starts[1:] if shape_of(start) != shape_of(first)][:1]
         found = [fit(start.motor) for start in (first, *others)]
@@ -459,9 +459,9 @@ class Search:
     def _level(self, fitted: Fitted) -> Fitted:
         """`fitted` to the end; its curve over the speed without what others do as well, where that is so."""
         if fitted not in self.level:
-            free = self.solver.fit(fitted.motor, fitted.speeds, FINE)
+            free = self.solver.fit(fitted.motor, fitted, FINE)
             ties = ties_of(self.solver.trial, free)
-            tied = free if ties is None else self.solver.fit(free.motor, free.speeds, FINE, ties=ties)
+            tied = free if ties is None else self.solver.fit(free.motor, free, FINE, ties=ties)
             self.level[fitted] = tied if is_as_likely(tied, free) else free
         return self.level[fitted]
 

@@ -230,27 +230,28 @@ class Solver:
     def fit(
         self,
         motor: Motor,
-        speeds: np.ndarray | None = None,
+        near: Fitted | None = None,
         tolerance: float = 1e-4,
         steps: int = STEPS,
         bar: float = math.inf,
         far: float = math.inf,
         ties: Float[np.ndarray, "r p"] | None = None,
     ) -> Fitted:
-        """From `motor` until a step promises less than `tolerance` of chi2 (of 1, where that is less), or `steps`; less
-        than `ROUGH` of it while it is above `far`.
+        """From `motor`, and how pieces begin in the fit `near` to it, until a step promises less than `tolerance` of
+        chi2 (of 1, where that is less), or `steps`; less than `ROUGH` of it while it is above `far`.
 
         Given up before where it will hardly come below a chi2 of `bar`, or from `far` above that of others near to
         them: by what its steps promise, or as they went on. Also where its steps keep little of what they promise, and
         where they lead astray.
 
-        Rows are simulated in as few steps as they need: in twice as many while that changes the residual by more than
-        `tolerance` allows (of chi2, or of 1 where that is less), or `ROUGH` where the fit is given up.
+        Rows are simulated in as few steps as they need, from those on that they needed `near`: in twice as many while
+        that changes the residual by more than `tolerance` allows (of chi2, or of 1 where that is less), or `ROUGH`
+        where the fit is given up.
         """
         self.request.trying(tuple(effect.name for effect in motor.effects))
-        speeds = as_begins(self.starts if speeds is None else speeds, len(self.starts), motor)
+        speeds = as_begins(self._begins(near), len(self.starts), motor)
         goal = _Goal(tolerance, steps, bar, far, ties)
-        at = self._at(motor, free_of(motor), speeds, self.most if self.most <= FEW else 1)
+        at = self._at(motor, free_of(motor), speeds, self._first_steps(motor, near))
         while True:
             at, ended = self._descended(motor, at, goal)
             if parts_of(motor.effects).has_gap and ended != "given up":
@@ -328,9 +329,17 @@ class Solver:
 
         return speeds if len(speeds) == len(self.starts) else fit_initial_places(residuals, speeds, self.piece)
 
-    def of_these(self, speeds: np.ndarray) -> np.ndarray | None:
-        """`speeds` of another log, if that has as many pieces."""
-        return speeds if len(speeds) in (len(self.starts), 2 * len(self.starts)) else None
+    def _begins(self, near: Fitted | None) -> np.ndarray:
+        """Those of `near`, if that is of as many pieces."""
+        pieces = len(self.starts)
+        return self.starts if near is None or len(near.speeds) not in (pieces, 2 * pieces) else near.speeds
+
+    def _first_steps(self, motor: Motor, near: Fitted | None) -> int:
+        """Per row, in which a fit begins: with all effects of `near` fewer than there would only lead away from it."""
+        least = self.most if self.most <= FEW else 1
+        if near is None or not {effect.name for effect in motor.effects}.issuperset(near.names):
+            return least
+        return max(least, min(near.steps or self.most, self.most))
 
     def _is_possible(self, motor: Motor, free: np.ndarray) -> bool:
         return self.rig is None or is_possible(motor_at(motor, free), self.rig)

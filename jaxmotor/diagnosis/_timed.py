@@ -40,7 +40,7 @@ def timed(recording: Recording, fit: Fit, first: Motor, request: Request) -> tup
         return None
     rig = rig_of(recording, study.trial)
     lags = [] if fit.average is not None or offset > 0 else [effect.starts(rig)[0] for effect in LIKE]
-    others = [study.solver.fit(with_effect(first, lag), fitted.speeds) for lag in lags]
+    others = [study.solver.fit(with_effect(first, lag), fitted) for lag in lags]
     return None if any(other.chi2 < fitted.chi2 - TIE for other in others) else (study, fitted)
 
 

@@ -1,5 +1,6 @@
 """The models that a search has fitted, and how probable each of them is by what it predicts of blocks left out."""
 
+import functools
 import math
 from collections.abc import Collection, Sequence
 
@@ -65,7 +66,8 @@ class Visited:
         if self._weights is None:
             names = list(self.fitted)
             prices = [sum(map(self.relations.price, one - self.own), self._curve_price(one)) for one in names]
-            found = weights([self._evidence[one] for one in names], prices, self._bounds(names))
+            judged, least = [self._evidence[one] for one in names], functools.partial(self._least, names)
+            found = weights(judged, prices, self._bounds(names), least)
             self._weights = dict(zip(names, found.tolist(), strict=True))
         return self._weights
 
@@ -76,6 +78,21 @@ class Visited:
         if self.noise_chi2:
             return beyond_noise(found, [one < self.noise_chi2 for one in chi2], self.noise_chi2)
         return beyond_others(found, chi2) if self.fitted[self.own].chi2 <= EXPLAINED else np.zeros(len(names))
+
+    def _least(self, names: Sequence[Names], best: int) -> np.ndarray:
+        """(model,) by the likelihood: of models with some of the effects of `best`, the lesser of
+
+            -n (chi2 - chi2*)/(2v)    and    -n log(S/S*)/2,
+
+        v the variance of the best one's residuals in blocks and S the mean square one row ahead, where they are white.
+        Effects that take up no more than chance does may still predict each block better by much the same.
+        """
+        most, judged = self.fitted[names[best]], self._evidence[names[best]]
+        more = np.array([self.fitted[one].chi2 - most.chi2 for one in names])
+        ahead = np.array([self._evidence[one].mean[1] for one in names]) / judged.mean[1]
+        gain = np.maximum(len(most.residual) * more / most.variance, judged.rows * np.log(ahead))
+        nested = np.array([one <= names[best] for one in names])
+        return np.where(nested, -0.5 * np.maximum(gain, 0.0), -np.inf)
 
     def _curve_price(self, names: Names) -> float:
         """What the curves of a model cost more than they do in others, in logarithms of probability: by their prior,

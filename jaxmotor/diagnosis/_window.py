@@ -83,7 +83,7 @@ def is_window(study: Study, found: Fitted, visited: Visited) -> bool:
     delayed = with_effect(lagless, TransportDelay.of(delay_s=length / 4))
     others = [bare, *(with_effect(delayed, lag.of(time_constant_s=length / 4)) for lag in (SensorLag, ElectricalPole))]
     bar = FAR * found.chi2
-    fits = [study.solver.fit(other, found.speeds, COARSE, bar=bar) for other in others]
+    fits = [study.solver.fit(other, found, COARSE, bar=bar) for other in others]
     return _is_as_good(study, found, fits, visited)
 
 
@@ -95,7 +95,7 @@ def is_average(study: Study, found: Fitted) -> bool:
 def does_as_well(study: Study, windowed: Fitted, late: Motor, visited: Visited) -> bool:
     """The motor `windowed`, whose speeds are means, predicts the readings of `study` about as well as the motor `late`,
     whose speeds are none."""
-    return _is_as_good(study, windowed, [study.solver.fit(late, windowed.speeds, COARSE)], visited)
+    return _is_as_good(study, windowed, [study.solver.fit(late, windowed, COARSE)], visited)
 
 
 def _is_as_good(study: Study, found: Fitted, others: list[Fitted], visited: Visited) -> bool:
@@ -145,7 +145,7 @@ def _unstated(recording: Recording, near: Fitted, request: Request) -> Study:
 
 def _fitted(study: Study, near: Fitted, length_s: float) -> Fitted:
     """The motor of `near` with a window, fitted from that `length_s`."""
-    return study.solver.fit(with_window(near.motor, length_s), study.solver.of_these(near.speeds), COARSE)
+    return study.solver.fit(with_window(near.motor, length_s), near, COARSE)
 
 
 def with_window(motor: Motor, length_s: float) -> Motor:

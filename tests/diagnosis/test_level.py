@@ -48,7 +48,7 @@ def test_friction_that_shows_near_rest_is_no_curves(made):
 
 def test_a_tied_curve_has_no_such_parts_and_here_that_is_not_as_likely(made, free):
     study, fitted = free
-    tied = study.solver.fit(fitted.motor, fitted.speeds, 1e-6, ties=ties_of(study.trial, fitted))
+    tied = study.solver.fit(fitted.motor, fitted, 1e-6, ties=ties_of(study.trial, fitted))
     speed = made.segments[0].speed_rad_s
     assert np.abs(parts_of_curve(speed, tied.motor) * [FAST_RAD_S, 1.0]).max() < 5e-3
     assert np.abs(parts_of_curve(speed, fitted.motor) * [FAST_RAD_S, 1.0]).max() > 0.1
@@ -59,8 +59,8 @@ def test_a_tied_curve_has_no_such_parts_and_here_that_is_not_as_likely(made, fre
 
 def test_of_a_tied_curve_the_errors_hold_what_another_choice_of_speeds_would_have_made(free):
     study, fitted = free
-    tied = study.solver.fit(fitted.motor, fitted.speeds, 1e-6, ties=ties_of(study.trial, fitted))
-    even = study.solver.fit(tied.motor, tied.speeds, 1e-4, ties=ties_of(study.trial, tied, even=True))
+    tied = study.solver.fit(fitted.motor, fitted, 1e-6, ties=ties_of(study.trial, fitted))
+    even = study.solver.fit(tied.motor, tied, 1e-4, ties=ties_of(study.trial, tied, even=True))
     plain, own = (covariance(one, study.solver.block) for one in (fitted, tied))
     assert with_convention(plain, study.solver, fitted) is plain
     wider = with_convention(own, study.solver, tied)

@@ -42,3 +42,29 @@ def test_laws_that_are_merely_as_good_are_not_one():
     assert best_of(weights) == ("torque_over_speed",)
     weights = {("coulomb_friction",): 0.4, ("voltage_offset",): 0.3, ("load_torque",): 0.3}
     assert best_of(weights) == ("coulomb_friction",)
+
+
+@pytest.mark.usefixtures("x64")
+def test_a_law_that_takes_up_no_more_than_chance_does_is_no_more_likely_for_doing_it_evenly():
+    """Two per cent of the residual of 600 rows, in each block."""
+    linear, _, _ = linear_fit(np.random.default_rng(1))
+    price = np.exp(Relations(vocabulary()).price("voltage_offset"))
+
+    def odds(variance: float) -> float:
+        """Of the law, before its price."""
+        longer = dataclasses.replace(
+            linear,
+            template=with_effect(linear.motor, vocabulary()["voltage_offset"].start()),
+            free=np.append(linear.free, 0.1),
+            residual=0.99 * linear.residual,
+            jacobian=0.99 * np.column_stack([linear.jacobian, np.zeros(600)]),
+            variance=variance,
+        )
+        visited = Visited(linear, Relations(vocabulary()), RIG, np.zeros(600, int))
+        visited.keep([longer])
+        weight = visited.weights()
+        return price * weight[frozenset({"voltage_offset"})] / weight[frozenset()]
+
+    one_row_ahead = np.exp(-600 * np.log(0.99))
+    assert odds(4.0) == pytest.approx(one_row_ahead)
+    assert odds(0.1) > 10 * one_row_ahead

@@ -128,7 +128,7 @@ class WanderingTorque(AbstractMotionEffect, AbstractDisturbance, AbstractLearned
         return source._replace(offset=source.offset + self.adds(time))
 
     def adds(self, at: Scalar) -> Scalar:
-        z = jnp.cos(jnp.pi * jnp.clip(at / self.reach_s, 0.0, 1.0))
+        z = sine(jnp.pi * (0.5 - jnp.clip(at / self.reach_s, 0.0, 1.0)))
         before, now, total = jnp.ones_like(z), z, jnp.zeros_like(z)
         for c in self.coefficients:
             total = total + c * now
