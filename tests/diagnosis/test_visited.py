@@ -57,7 +57,7 @@ def test_a_law_that_takes_up_no_more_than_chance_does_is_no_more_likely_for_doin
             template=with_effect(linear.motor, vocabulary()["voltage_offset"].start()),
             free=np.append(linear.free, 0.1),
             residual=0.99 * linear.residual,
-            jacobian=0.99 * np.column_stack([linear.jacobian, np.zeros(600)]),
+            jacobian=np.column_stack([linear.jacobian, np.zeros(600)]),
             variance=variance,
         )
         visited = Visited(linear, Relations(vocabulary()), RIG, np.zeros(600, int))
