@@ -52,15 +52,15 @@ def test_a_law_that_takes_up_no_more_than_chance_does_is_no_more_likely_for_doin
 
     def odds(variance: float) -> float:
         """Of the law, before its price."""
+        plain = dataclasses.replace(linear, variance=variance)
         longer = dataclasses.replace(
-            linear,
+            plain,
             template=with_effect(linear.motor, vocabulary()["voltage_offset"].start()),
             free=np.append(linear.free, 0.1),
             residual=0.99 * linear.residual,
             jacobian=np.column_stack([linear.jacobian, np.zeros(600)]),
-            variance=variance,
         )
-        visited = Visited(linear, Relations(vocabulary()), RIG, np.zeros(600, int))
+        visited = Visited(plain, Relations(vocabulary()), RIG, np.zeros(600, int))
         visited.keep([longer])
         weight = visited.weights()
         return price * weight[frozenset({"voltage_offset"})] / weight[frozenset()]
