@@ -7,7 +7,16 @@ import typer
 
 from jaxmotor.cli._folder import check_free
 
-CURVE = ("supply_V", "counts_per_rev", "speed_window_s", "drive", "columns", "drop_first", "decimal_comma")
+CURVE = (
+    "supply_V",
+    "supply_unknown",
+    "counts_per_rev",
+    "speed_window_s",
+    "drive",
+    "columns",
+    "drop_first",
+    "decimal_comma",
+)
 """What else may be stated of a steady-state curve."""
 Source = Literal["csv", "sysid"]
 """Programs whose logs are known."""
@@ -114,8 +123,11 @@ def _check_usage(
     if steady is not None:
         if period is None:
             raise typer.BadParameter("--steady needs --period S, the period of its ticks")
-        if source == "sysid" or not {"input", "speed"} <= given <= {*CURVE, "input", "speed"}:
-            raise typer.BadParameter("--steady takes --input COL:UNIT and --speed COL:UNIT, and no other column")
+        if source == "sysid" or not {"input", "speed"} <= given:
+            raise typer.BadParameter("--steady needs --input COL:UNIT and --speed COL:UNIT")
+        if beside := given - {*CURVE, "input", "speed"}:
+            flags = ", ".join(sorted(map(_flag, beside)))
+            raise typer.BadParameter(f"--steady takes --input and --speed, and no other column; leave {flags} out")
         return
     if source == "sysid":
         if given:
@@ -151,7 +163,7 @@ def _wrap(text: str | None) -> int | str | None:
 
 
 def _summary(recording, output: Path) -> str:
-    from jaxmotor.recording import lost_ticks, warn_early, warn_pulses
+    from jaxmotor.recording import lost_ticks, warn_beyond_supply, warn_bunches, warn_early, warn_pulses
 
     segments = recording.segments
     rows = sum(map(len, segments))
@@ -161,7 +173,8 @@ def _summary(recording, output: Path) -> str:
     every_s = recording.header.get("readings_every_s")
     if every_s is not None:
         without += f"; the log repeated each reading for about {1e3 * every_s:.3g} ms, only new ones are kept"
-    without += "".join(f"; {sentence}" for sentence in (*warn_early(recording), *warn_pulses(recording)))
+    for warn in (warn_early, warn_pulses, warn_bunches, warn_beyond_supply):
+        without += "".join(f"; {sentence}" for sentence in warn(recording))
     if recording.period_s is None:
         return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept{without}"
     lost = sum(map(lost_ticks, segments))

@@ -26,6 +26,8 @@ AT_ONCE = 100
 """Frequencies whose phases are computed together, to double precision: those of all take half a gigabyte."""
 HARMONICS = 8
 """Of a turn."""
+SEEN = 0.03
+"""Relative singular value, below which a wave over the angle is not seen: part of a turn shows few of them."""
 SHUFFLES = 500
 """That tell a dependence from chance."""
 LEVEL = 0.01
@@ -180,7 +182,7 @@ def _angle(residual: ResidualVoltage) -> _View | None:
     if np.isnan(residual.angle_rad).any() or np.ptp(residual.angle_rad) < 2 * np.pi:
         return None
     at, columns = np.linspace(0, 2 * np.pi, 73), _waves(residual.angle_rad)
-    weights = np.linalg.lstsq(columns, residual.volts)[0]
+    weights = np.linalg.lstsq(columns, residual.volts, rcond=SEEN)[0]
     size = np.hypot(weights[1::2], weights[2::2])
     best = int(np.argmax(size)) + 1
     text = f"something locked to the shaft's angle, {best} per turn, {1e3 * size[best - 1]:.0f} mV"

@@ -1,12 +1,14 @@
 """Recordings: the file format, what can be wrong with the data, and logs from elsewhere."""
 
 from jaxmotor.recording._at_duty import at_duty as at_duty
+from jaxmotor.recording._bunches import warn_bunches as warn_bunches
 from jaxmotor.recording._bundled import bundled as bundled
 from jaxmotor.recording._check import EARLY as EARLY
 from jaxmotor.recording._check import NO_WINDOW as NO_WINDOW
 from jaxmotor.recording._check import check as check
 from jaxmotor.recording._check import check_output as check_output
 from jaxmotor.recording._check import lost_ticks as lost_ticks
+from jaxmotor.recording._check import warn_beyond_supply as warn_beyond_supply
 from jaxmotor.recording._check import warn_early as warn_early
 from jaxmotor.recording._check import warn_gaps as warn_gaps
 from jaxmotor.recording._check import warn_pulses as warn_pulses

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 
 from jaxmotor._arguments import is_number
+from jaxmotor.recording._bunches import warn_bunches
 from jaxmotor.recording._jumps import check_jumps, spikes, when
 from jaxmotor.recording._pulse_windows import check_pulses, seen_pulses_per_rev
 from jaxmotor.recording._ranges import ranges
@@ -25,6 +26,8 @@ FEW_BACK = 0.15
 STILL, STRUCK = 0.05, 0.5
 """Of the largest speed, what is next to none, and what no shaft reaches before it is driven: read half a row late at
 most, few motors are that fast."""
+BEYOND = 1.1
+"""Times the supply, up to which an input may be measured with an error, or at a battery that is full."""
 EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
@@ -58,11 +61,13 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_repetition(recording),
         *warn_lost_ticks(recording),
         *warn_gaps(recording),
+        *warn_bunches(recording),
         *warn_overlap(recording),
         *warn_sign(recording),
         *warn_early(recording),
         *warn_unknowns(recording),
         *warn_supply(recording),
+        *warn_beyond_supply(recording),
         *warn_repeats(recording),
         *warn_pulses(recording),
         *warn_spikes(recording),
@@ -206,7 +211,7 @@ def warn_sign(recording: Recording) -> list[str]:
 
 
 def warn_early(recording: Recording) -> list[str]:
-    """A shaft that is still while there is no voltage, but for the last row of that."""
+    """A shaft that is still while there is no voltage, but for the last row of that, from which on it turns."""
     return [EARLY] if any(_is_early(recording, segment) for segment in recording.segments) else []
 
 
@@ -214,9 +219,11 @@ def _is_early(recording: Recording, segment: Segment) -> bool:
     first = int(np.argmax(segment.volts != 0))
     if first < 2:
         return False
-    share = np.abs(mean_speeds(recording, segment))
-    share = share / max(share.max(), SLOWEST_RAD_S)
-    return bool(share[: first - 1].max() < STILL and share[first - 1] > STRUCK)
+    speed = mean_speeds(recording, segment)
+    share = speed / max(np.abs(speed).max(), SLOWEST_RAD_S)
+    # A reading that is off goes back in the next row, or back and forth.
+    goes_on = len(share) > first and (np.sign(share[first - 1]) * share[first - 1 : first + 1] > STRUCK).all()
+    return bool(np.abs(share[: first - 1]).max() < STILL and goes_on)
 
 
 def _is_magnitude(volts: np.ndarray, speed: np.ndarray) -> bool:
@@ -280,16 +287,32 @@ def warn_pulses(recording: Recording) -> list[str]:
 
 
 def warn_spikes(recording: Recording) -> list[str]:
-    """Speeds that last for one row only, and that no motor has."""
+    """Speeds and angles that last for one row only, and that no motor has."""
     found = spikes(recording)
     if not found:
         return []
     index, row = found[0]
-    segment = recording.segments[index]
+    segment, measured = recording.segments[index], recording.measured
     more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    unit, why = ("rad/s", "a counter that wraps, or a spike") if measured == "speed" else ("rad", "a lost reading")
     return [
-        f"the speed of segment {index} at {when(segment, row)} is {segment.shaft[row]:.4g} rad/s, for that row only"
-        f"{more}: no motor does that, but a counter that wraps, or a spike; correct the row, or leave its speed empty"
+        f"the {measured} of segment {index} at {when(segment, row)} is {segment.shaft[row]:.4g} {unit}, for that row "
+        f"only{more}: no motor does that, but {why}; correct the row, or leave its {measured} empty"
+    ]
+
+
+def warn_beyond_supply(recording: Recording) -> list[str]:
+    """An input in volts that the supply does not have."""
+    supply_V = recording.supply_V
+    if supply_V is None or logs_supply(recording):
+        return []
+    sizes = np.concatenate([np.abs(segment.volts) for segment in recording.segments])
+    beyond = int((sizes > BEYOND * supply_V).sum())
+    if not beyond:
+        return []
+    return [
+        f"{beyond} of {len(sizes)} rows ask for more than the supply, up to {sizes.max():.4g} of {supply_V:.4g} V: the "
+        "motor got less; log the voltage after the limit, or correct supply_V (jaxmotor import: --supply)"
     ]
 
 

@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -109,7 +109,7 @@ def import_log(
         raise RecordingError("--speed-pulses is of a --speed, and says over how long it is; leave --speed-window out")
     if supply_unknown and (supply_V is not None or supply is not None):
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
-    table = path if isinstance(path, Table) else opened(path, columns, drop_first, decimal_comma)
+    table = path if isinstance(path, Table) else opened(path, columns, drop_first, decimal_comma, stated)
     names = list(table.cells)
     with about_log(table.source):
         clock, unit_s = ("", 1.0) if time is None else split_time(time, names)
@@ -118,10 +118,10 @@ def import_log(
         stamps = np.arange(len(table)) * (period_s or 1.0), 0.0
         if time is not None:
             stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
-        _check_time(table, stamps[0], bounds, clock if segment is None else None)
+            _check_time(table, stamps[0], bounds, clock, segment is None)
         stated_input = split_input(input, names)
         measured = None if supply is None else _supply(table, supply, names)
-        nominal_V = _nominal(stated_input, measured, supply_V, supply_unknown)
+        nominal_V = nominal(stated_input, measured, supply_V, supply_unknown)
         log, bounds = _read_log(
             table, bounds, stamps, stated_input, shaft, scale, nominal_V, measured, input_acts == "before"
         )
@@ -175,8 +175,10 @@ def check_stated(drive: Any, drop_first: Any, **texts: Any) -> None:
     check_whole("--drop-first", drop_first)
 
 
-def opened(path: Path, columns: str | None, drop_first: int, decimal_comma: bool) -> Table:
-    """The log at `path`, a CSV or a file of MATLAB.
+def opened(
+    path: Path, columns: str | None, drop_first: int, decimal_comma: bool, stated: Mapping[str, str | None]
+) -> Table:
+    """The log at `path`, a CSV or a file of MATLAB, which has the columns that are `stated`.
 
     **Raises:** `RecordingError`.
     """
@@ -184,10 +186,10 @@ def opened(path: Path, columns: str | None, drop_first: int, decimal_comma: bool
         return read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma)
     if columns is not None or decimal_comma:
         raise RecordingError(f"{path}: the variables have names and numbers; leave --columns and --decimal-comma out")
-    return read_matlab(path, drop=drop_first)
+    return read_matlab(path, drop=drop_first, stated=[one for one in stated.values() if one is not None])
 
 
-def _nominal(stated: Input, measured: np.ndarray | None, supply_V: float | None, unknown: bool) -> float | None:
+def nominal(stated: Input, measured: np.ndarray | None, supply_V: float | None, unknown: bool) -> float | None:
     """The supply [V] of which duties are shares: stated, or else the first that was `measured`."""
     if unknown and stated.full_scale is None:
         raise RecordingError("the input is in volts, so no supply is asked for; leave --supply-unknown out")
@@ -349,15 +351,18 @@ def _labels(table: Table, segment: str | None, clock: str) -> Sequence[str | Non
     return [label.strip() for label in table.cells[segment]]
 
 
-def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str | None) -> None:
-    """**Raises:** `RecordingError` where time does not run on in a segment; `clock` is its column where none is stated
-    that tells segments apart."""
+def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str, alone: bool) -> None:
+    """**Raises:** `RecordingError` where the time in the column `clock` does not run on in a segment; `alone` says that
+    no column tells segments apart."""
     step = np.diff(time_s)
     step[bounds[1:-1] - 1] = 1.0
     if (step <= 0).any():
         row = int(np.argmax(step <= 0)) + 1
         what = "stands still" if step[row - 1] == 0 else "runs backwards"
         apart = f"the column that tells the experiments apart (--segment; {clock!r} if each starts its own clock)"
-        hint = "" if clock is None else f", or name {apart}"
+        hint = f", or name {apart}" if alone else ""
         hint = ", or leave a stale first row out (--drop-first 1)" if row == 1 and step[0] < 0 else hint
-        raise table.fault(row, f"the time {what} at {time_s[row]:g} s; correct or delete the row{hint}")
+        if step[row - 1] == 0 and (step == 0).sum() > 1:
+            hint = "; where stamps are coarse and rows come evenly, state --period instead of --time"
+        at = table.cells[clock][row].strip()
+        raise table.fault(row, f"the time {what} at {clock} = {at}; correct or delete the row{hint}")

@@ -12,7 +12,9 @@ Motion is taken per elapsed tick, so lost samples are no jumps. Starts, stops, r
 pass because their motion lasts, and a single pulse into a motor much faster than the sampling by the last condition.
 A jump within 20 counts (and the motion around it) of a power of two is a counter that wrapped; these are recognised
 by the first condition alone, since a narrow counter wraps often. Of logged speeds a row is told on the same conditions,
-with 20 times the smallest speed in the place of 20 counts; it is no error, for a long log may bear it.
+with 20 times the smallest speed in the place of 20 counts; it is no error, for a long log may bear it. So it is with an
+angle that is off for one row: it is more than 8 times as far from the straight line between its neighbours as nearly
+all rows are, and what these are off is what that one makes of them.
 """
 
 import numpy as np
@@ -23,6 +25,10 @@ FACTOR = 8.0
 """Times the motion around it, from which a change of count is a jump."""
 LEAST = 20
 """Counts of a jump at least."""
+BACK = 3.0
+"""Times what its neighbours are off without it, from which an angle is off alone."""
+USUAL = 0.97
+"""Quantile of angles' distances from their neighbours: a lost reading in a short log is three of the largest."""
 WIDTHS = (16, 24, 32)
 """Widths of counters that may wrap [bit]."""
 
@@ -58,9 +64,35 @@ def check_jumps(recording: Recording) -> None:
 
 
 def spikes(recording: Recording) -> list[tuple[int, int]]:
-    """Segment and row of each logged speed that no motor has, for that row only."""
-    if recording.measured != "speed":
+    """Segment and row of each logged speed or angle that no motor has, for that row only."""
+    return {"speed": _speed_spikes, "angle": _angle_spikes, "count": lambda _: []}[recording.measured](recording)
+
+
+def _angle_spikes(recording: Recording) -> list[tuple[int, int]]:
+    long = {index: one for index, one in enumerate(recording.segments) if len(one) > 4}
+    if not long:
         return []
+    off = {index: _off_line(one.time_s, one.shaft) for index, one in long.items()}
+    every = np.abs(np.concatenate([own for own, _ in off.values()]))
+    moved = np.abs(np.concatenate([np.diff(one.shaft) for one in long.values()]))
+    least = max(FACTOR * float(np.quantile(every, USUAL)), LEAST * float(moved[moved > 0].min(initial=np.inf)))
+    found = []
+    for index, (own, part) in off.items():
+        middle = own[1:-1]
+        beside = np.maximum(np.abs(own[:-2] + part[:-2] * middle), np.abs(own[2:] + (1 - part[2:]) * middle))
+        alone = (np.abs(middle) > least) & (np.abs(middle) > BACK * beside)
+        found += [(index, int(row) + 2) for row in np.flatnonzero(alone)]
+    return found
+
+
+def _off_line(time_s: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n - 2,) by how much each inner row is off the straight line between its neighbours, and how far it is on the way
+    from the one to the other [1]."""
+    part = (time_s[1:-1] - time_s[:-2]) / (time_s[2:] - time_s[:-2])
+    return angle[1:-1] - angle[:-2] - part * (angle[2:] - angle[:-2]), part
+
+
+def _speed_spikes(recording: Recording) -> list[tuple[int, int]]:
     sizes = [np.abs(segment.shaft.astype(np.float64)) for segment in recording.segments]
     every = np.concatenate(sizes)
     least = max(FACTOR * float(np.quantile(every, 0.99)), LEAST * float(every[every > 0].min(initial=np.inf)))

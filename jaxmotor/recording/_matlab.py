@@ -8,7 +8,7 @@ import io
 import warnings
 import zlib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +35,9 @@ def is_matlab(path: Path) -> bool:
     return path.suffix.lower() == ".mat"
 
 
-def read_matlab(path: Path, *, drop: int = 0) -> Table:
-    """The vectors of one length that most variables of the file at `path` have, without their first `drop` rows.
+def read_matlab(path: Path, *, drop: int = 0, stated: Iterable[str] = ()) -> Table:
+    """The vectors of one length of the file at `path`, without their first `drop` rows: as long as those that are
+    `stated` (`COL` or `COL:UNIT`), or else as most are.
 
     A column is named as its variable or field, where several fields have one name with the structures that they are in
     (`left.speed`), and in a matrix by its number (`ans(2)`).
@@ -47,12 +48,17 @@ def read_matlab(path: Path, *, drop: int = 0) -> Table:
     found = list(_vectors(_variables(load(path), source), ""))
     if not found:
         raise RecordingError(f"{source}: there is no vector of numbers (timeseries and tables are objects); {SAVE}")
-    [(rows, _)] = Counter(len(vector) for _, vector in found).most_common(1)
-    columns = _named([(name, vector[drop:]) for name, vector in found if len(vector) == rows])
+    wanted = _stated(dict(found) | _named(found), stated)
+    lengths = {len(vector): name for name, vector in wanted.items()}
+    if len(lengths) > 1:
+        each = ", ".join(f"{name} has {length}" for length, name in lengths.items())
+        raise RecordingError(f"{source}: of the columns {each} rows; {SAVE}")
+    [(rows, _)] = Counter(lengths or [len(vector) for _, vector in found]).most_common(1)
+    columns = _named([one for one in found if len(one[1]) == rows]) | wanted
     limit_rows(rows, source)
     if rows <= drop:
         raise RecordingError(f"{source}: of its {rows} rows none is left; {SAVE}")
-    cells = {name: vector.astype(str).tolist() for name, vector in columns.items()}
+    cells = {name: vector[drop:].astype(str).tolist() for name, vector in columns.items()}
     return Table(source, range(drop + 1, rows + 1), cells, "row")
 
 
@@ -118,6 +124,11 @@ def _columns(value: np.ndarray, name: str) -> Iterator[tuple[str, np.ndarray]]:
     elif value.ndim == 2 and min(value.shape) <= MOST_NAMES:
         rows = value if value.shape[0] < value.shape[1] else value.T
         yield from ((f"{name}({number})", row) for number, row in enumerate(rows, 1))
+
+
+def _stated(vectors: dict[str, np.ndarray], stated: Iterable[str]) -> dict[str, np.ndarray]:
+    """Those of `vectors` that are `stated`, as `COL` or `COL:UNIT`."""
+    return {name: one for name, one in vectors.items() if any(f"{text}:".startswith(f"{name}:") for text in stated)}
 
 
 def _named(found: list[tuple[str, np.ndarray]]) -> dict[str, np.ndarray]:

@@ -5,7 +5,7 @@ import os
 import numpy as np
 
 from jaxmotor._arguments import path_of
-from jaxmotor.recording._foreign import Drive, check_stated, input_of, opened, window_of
+from jaxmotor.recording._foreign import Drive, check_stated, input_of, nominal, opened, window_of
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._shaft import Shaft
@@ -27,6 +27,7 @@ def import_steady(
     period_s: float | int,
     hold_s: float | int = HOLD_S,
     supply_V: float | int | None = None,
+    supply_unknown: bool = False,
     speed_window_s: float | int | None = None,
     counts_per_rev: float | int | None = None,
     wheel_radius_m: float | int | None = None,
@@ -50,15 +51,19 @@ def import_steady(
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     period, hold = positive(period_s, "--period"), positive(hold_s, "--steady")
     supply_V = positive(supply_V, "--supply")
+    if supply_unknown and supply_V is not None:
+        raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
     if period is None or hold is None:
         raise RecordingError("a steady state needs a --period and a --steady of seconds")
     ticks = round(hold / period) + 1
     if ticks < 3:
         raise RecordingError(f"--steady {hold:g} is less than two periods of {period:g} s; hold the states longer")
-    table = opened(path, columns, drop_first, decimal_comma)
+    table = opened(path, columns, drop_first, decimal_comma, {"input": input, "speed": speed})
     with about_log(table.source):
         names = list(table.cells)
-        volts, _, _ = input_of(table, split_input(input, names), supply_V)
+        stated = split_input(input, names)
+        supply_V = nominal(stated, None, supply_V, supply_unknown)
+        volts, _, _ = input_of(table, stated, supply_V)
         speeds = Shaft(speed=speed).read(table, names, scale)["speed_rad_s"]
     limit_rows(len(volts) * ticks, table.source)
     tick = np.arange(ticks)
@@ -83,7 +88,8 @@ def import_steady(
         supply_V=supply_V,
         speed_window_s=window,
         drive=drive,
-        header={"imported": {"log": path.name, "input": input, "speed": speed}},
+        header={"imported": {"log": path.name, "input": input, "speed": speed}}
+        | ({"supply_unknown": True} if supply_unknown else {}),
     )
 
 

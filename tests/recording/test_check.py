@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 from recordings import TEXT, counted
 
 from jaxmotor.recording import Recording, RecordingError, Segment, check, from_arrays, lost_ticks
+from jaxmotor.recording._bunches import warn_bunches
 from jaxmotor.recording._check import (
     check_input,
     check_output,
     check_sines,
+    warn_beyond_supply,
     warn_early,
     warn_lost_ticks,
     warn_overlap,
@@ -135,6 +137,53 @@ def test_a_speed_of_one_row_that_no_motor_has_is_told(row):
     speed[[row, 700]] = -12854.0, 4000.0
     told = check(sped(SOUND["step"], speed))
     assert any(f"segment 0 at tick {min(row, 700)} is " in one and "(and 1 more)" in one for one in told)
+
+
+@pytest.mark.parametrize("pole", [0.02, 0.2, 1.0, 3.0])
+@pytest.mark.parametrize("volts", SOUND.values(), ids=SOUND)
+def test_sound_angles_have_no_spikes(volts, pole):
+    for friction in (0.0, 1.0):
+        angle = 0.01 * np.cumsum(motor(volts, pole=pole, friction=friction))
+        for step in (1e-9, 0.06):
+            assert spikes(angled(step * np.round(angle / step), volts)) == []
+
+
+@pytest.mark.parametrize("row", [2, 388, 1997])
+def test_an_angle_of_one_row_that_no_motor_has_is_told(row):
+    angle = 0.01 * np.cumsum(motor(SOUND["step"]))
+    assert not any("for that row only" in sentence for sentence in check(angled(angle, SOUND["step"])))
+    angle[row] += 40.0
+    told = [one for one in check(angled(angle, SOUND["step"])) if "for that row only" in one]
+    assert len(told) == 1 and "lost reading" in told[0]
+    assert f"the angle of segment 0 at time_s {0.01 * row:g} is " in told[0]
+
+
+def test_volts_beyond_the_supply_are_told():
+    volts = SOUND["sine"]
+    most = float(np.abs(volts).max())
+    beyond = int((np.abs(volts) > 1.1 * 0.5 * most).sum())
+    [told] = warn_beyond_supply(spun(motor(volts), volts, supply_V=0.5 * most))
+    assert told.startswith(f"{beyond} of {len(volts)} rows ask for more than the supply, up to {most:.4g} of ")
+    assert told in check(spun(motor(volts), volts, supply_V=0.5 * most))
+    for supply_V in (most, 0.95 * most, None):
+        assert warn_beyond_supply(spun(motor(volts), volts, supply_V=supply_V)) == []
+
+
+def test_rows_that_a_computer_received_in_bunches_are_told():
+    volts, rng = SOUND["sine"][:1000], np.random.default_rng(1)
+    even = 0.01 * np.arange(1000.0)
+    bunched = np.repeat(even[5::6][: 1000 // 6], 6) + np.tile(2e-4 * np.arange(6), 1000 // 6)
+    bunched = bunched + 1e-4 * rng.uniform(size=len(bunched))
+    rows = len(bunched)
+    events = np.cumsum(np.where(np.arange(rows) < rows // 2, 0.03, 1e-3))
+
+    def stamped(time_s):
+        return from_arrays(time_s=time_s, volts=volts[:rows], angle_rad=0.1 * np.arange(rows))
+
+    [told] = warn_bunches(stamped(bunched))
+    assert "--period 0.01 " in told and told in check(stamped(bunched))
+    for sound in (even[:rows], even[:rows] + 1e-3 * rng.uniform(size=rows), events):
+        assert warn_bunches(stamped(sound)) == []
 
 
 def test_lost_ticks_are_no_jump():
@@ -270,6 +319,9 @@ def test_a_shaft_that_moves_before_it_is_driven():
     for shifted, is_early in ((speed, False), (np.append(speed[1:], speed[-1]), True)):
         assert bool(warn_early(spun(shifted, volts))) == is_early
         assert bool(warn_early(angled(np.cumsum(shifted) * 0.01, volts))) == is_early
+    off = np.cumsum(speed) * 0.01
+    off[99] -= 0.5
+    assert warn_early(angled(off, volts)) == []
     half_late = speed + np.where(np.arange(200) == 100, 12.0, 0.0)
     coasting = speed[::-1]
     for sound in (half_late, coasting, np.full(200, 30.0)):

@@ -76,6 +76,17 @@ def test_vectors_of_other_lengths_are_no_columns(tmp_path):
     assert set(read_matlab(path).cells) == {"t", "u", "w"}
 
 
+def test_columns_that_are_named_may_be_shorter_than_most(tmp_path):
+    others = {name: np.arange(90.0) for name in ("t1", "u1", "w1", "t2")}
+    path = saved(tmp_path, {"t": TIME, "u": VOLTS, "w": SPEED, **others})
+    assert is_the_log(import_log(path, **STATED))
+    run = {"t": TIME, "u": VOLTS, "w": SPEED}
+    path = saved(tmp_path, {"a": run, "b": {name: np.arange(90.0) for name in "tuwxyz"}})
+    assert is_the_log(import_log(path, time="a.t", input="a.u:V", speed="a.w:rad/s"))
+    with pytest.raises(JaxmotorError, match=rf"of the columns a.u has {len(TIME)}, b.w has 90 rows; save vectors"):
+        import_log(path, time="a.t", input="a.u:V", speed="b.w:rad/s")
+
+
 def test_missing_readings_are_gaps_and_rows_are_left_out(tmp_path):
     holes = SPEED.copy()
     holes[50:60] = np.nan
@@ -91,7 +102,12 @@ def test_missing_readings_are_gaps_and_rows_are_left_out(tmp_path):
 def test_steady_states(tmp_path):
     volts = np.linspace(-5, 5, 11)
     path = saved(tmp_path, {"u": volts, "y": 3 * volts})
-    assert len(import_steady(path, input="u:V", speed="y:rad/s", hold_s=1.0, period_s=0.02).segments) == 11
+    stated = {"speed": "y:rad/s", "hold_s": 1.0, "period_s": 0.02}
+    assert len(import_steady(path, input="u:V", **stated).segments) == 11
+    of_unknown = import_steady(path, input="u:duty:5", supply_unknown=True, **stated)
+    assert of_unknown.segments[-1].volts[0] == 1.0 and of_unknown.header["supply_unknown"] is True
+    with pytest.raises(JaxmotorError, match="leave supply_unknown out"):
+        import_steady(path, input="u:duty:5", supply_V=6.0, supply_unknown=True, **stated)
 
 
 @pytest.mark.parametrize(
