@@ -35,7 +35,7 @@ from jaxmotor.diagnosis._residuals import residuals_program
 from jaxmotor.diagnosis._shared_program import Sharing, as_shared
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import Rig
+from jaxmotor.motor.effects import AbstractDisturbance, AbstractLearnedEffect, Rig
 from jaxmotor.motor.effects._substep import parts_of
 from jaxmotor.prediction import (
     SPEED_STEP,
@@ -244,9 +244,9 @@ class Solver:
         them: by what its steps promise, or as they went on. Also where its steps keep little of what they promise, and
         where they lead astray.
 
-        Rows are simulated in as few steps as they need, from those on that they needed `near`: in twice as many while
-        that changes the residual by more than `tolerance` allows (of chi2, or of 1 where that is less), or `ROUGH`
-        where the fit is given up.
+        Rows are simulated in as few steps as they need, from those on that they needed `near` (`_first_steps`): in
+        twice as many while that changes the residual by more than `tolerance` allows (of chi2, or of 1 where that is
+        less), or `ROUGH` where the fit is given up.
         """
         self.request.trying(tuple(effect.name for effect in motor.effects))
         speeds = as_begins(self._begins(near), len(self.starts), motor)
@@ -335,9 +335,13 @@ class Solver:
         return self.starts if near is None or len(near.speeds) not in (pieces, 2 * pieces) else near.speeds
 
     def _first_steps(self, motor: Motor, near: Fitted | None) -> int:
-        """Per row, in which a fit begins: with all effects of `near` fewer than there would only lead away from it."""
+        """Per row, in which a fit begins: with the effects of `near`, and curves and disturbances beside them, fewer
+        than there would only lead away from it. With other laws they lead out of local minima."""
         least = self.most if self.most <= FEW else 1
         if near is None or not {effect.name for effect in motor.effects}.issuperset(near.names):
+            return least
+        more = [effect for effect in motor.effects if effect.name not in near.names]
+        if not all(isinstance(effect, AbstractLearnedEffect | AbstractDisturbance) for effect in more):
             return least
         return max(least, min(near.steps or self.most, self.most))
 
