@@ -53,7 +53,7 @@ def read_matlab(path: Path, *, drop: int = 0, stated: Iterable[str] = ()) -> Tab
     if len(lengths) > 1:
         each = ", ".join(f"{name} has {length}" for length, name in lengths.items())
         raise RecordingError(f"{source}: of the columns {each} rows; {SAVE}")
-    [(rows, _)] = Counter(lengths or [len(vector) for _, vector in found]).most_common(1)
+    [(rows, _)] = Counter(list(lengths) or [len(vector) for _, vector in found]).most_common(1)
     columns = _named([one for one in found if len(one[1]) == rows]) | wanted
     limit_rows(rows, source)
     if rows <= drop:
