@@ -1,5 +1,7 @@
 """Learned laws of a fitted motor as curves, with their errors and the known shapes that they are like."""
 
+import math
+
 import numpy as np
 from jaxtyping import Float
 
@@ -69,12 +71,13 @@ def law_of(
     free = np.stack([slopes[key] for key in terms])
     known = np.where(np.isfinite(spread), spread, 0.0)
     covariance = columns @ (free @ known @ free.T) @ columns.T
-    volts = columns @ np.array([float(getattr(effect, key)) for key in terms])
+    values = columns @ np.array([float(getattr(effect, key)) for key in terms])
     weight = np.maximum(np.histogram(places, POINTS, (low, high))[0] / (len(places) / POINTS), RARE)
     most_V = float(np.abs(np.asarray(trial.problem.batch.volts)[trial.valid]).max(initial=0.0))
-    like = resemblances(effect.coordinate, at, volts, weight, covariance, most_V)
+    most = most_V if effect.unit == "V" else math.inf
+    like = resemblances(type(effect), at, values, weight, covariance, most)
     error = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    return LearnedLaw(effect.coordinate, at, volts, error, share, gain, like)
+    return LearnedLaw(effect.coordinate, at, values, error, share, gain, like, effect.unit)
 
 
 def _found(fitted: Fitted, name: str) -> tuple[AbstractLearnedEffect, int]:

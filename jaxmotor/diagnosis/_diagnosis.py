@@ -146,7 +146,7 @@ class Diagnosis(Shown):
         if best is not None and best.share > max([LEARNED, *(one.share for one in dependences)]):
             # The curve says it better than windows of the residual voltage do.
             by_time = best.coordinate == "time"
-            return Dependence(best.coordinate, best.text, best.share, 0.0, best.at, best.volts, time_only=by_time)
+            return Dependence(best.coordinate, best.text, best.share, 0.0, best.at, best.values, time_only=by_time)
         return dependences[0] if dependences else Dependence.none()
 
     @property

@@ -15,6 +15,8 @@ from jaxmotor.estimate import open_to_json
 from jaxmotor.prediction import noise_to_json
 from jaxmotor.validation import Interval
 
+VALUES = {"V": "volts_V", "rad": "error_rad"}
+"""What a learned curve gives, by its unit."""
 FORMAT = 2
 """Of the JSON."""
 
@@ -139,18 +141,19 @@ def _dependences(dependences: tuple[Dependence, ...]) -> list[dict[str, Any]]:
 def _learned(law: LearnedLaw) -> dict[str, Any]:
     return {
         "coordinate": law.coordinate,
+        "unit": law.unit,
         "text": law.text,
         "resembles": [
             {
                 "name": one.name,
                 "similarity": one.similarity,
-                "volts_V": one.volts,
-                "standard_error_V": one.standard_error,
+                VALUES[law.unit]: one.most,
+                f"standard_error_{law.unit}": one.standard_error,
             }
             for one in law.resembles
         ],
         "share": law.share,
         "at": law.at.tolist(),
-        "volts_V": law.volts.tolist(),
-        "standard_error_V": law.standard_error.tolist(),
+        VALUES[law.unit]: law.values.tolist(),
+        f"standard_error_{law.unit}": law.standard_error.tolist(),
     }

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from jaxmotor._numbers import with_error
-from jaxmotor.motor.effects import LearnedCoordinate
+from jaxmotor.motor.effects import AbstractLearnedEffect, LearnedCoordinate, LearnedUnit
 
 HARMONICS = 12
 """Of a turn that a curve over the angle may be like."""
@@ -28,15 +28,14 @@ class Resemblance(NamedTuple):
     similarity: float
     """Correlation over the range, 0 to 1, without what a gain and an offset would absorb."""
     text: str
-    volts: float = 0.0
-    """The most that the known law adds over the range, in the size that is nearest [V]."""
+    most: float = 0.0
+    """The most that the known law adds over the range, in the size that is nearest [V or rad]."""
     standard_error: float = 0.0
-    """[V]"""
+    """[V or rad]"""
 
-    @property
-    def sized(self) -> str:
-        """`text` and the size, for people."""
-        return f"{self.text}, of up to {with_error(1e3 * self.volts, 1e3 * self.standard_error, 'mV')}"
+    def sized(self, unit: LearnedUnit) -> str:
+        """`text` and the size, which is in `unit`, for people."""
+        return f"{self.text}, of up to {with_error(1e3 * self.most, 1e3 * self.standard_error, f'm{unit}')}"
 
 
 class Shape(NamedTuple):
@@ -52,69 +51,78 @@ class Shape(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class LearnedLaw:
-    """Residual voltage as a function of one coordinate."""
+    """Residual voltage, or an error of the reading, as a function of one coordinate."""
 
     coordinate: LearnedCoordinate
     at: np.ndarray
     """(n,) places [rad/s, V, rad within a turn, s since the recording began]."""
-    volts: np.ndarray
-    """(n,) residual voltage there [V]."""
+    values: np.ndarray
+    """(n,) residual voltage, or what is added to the angle that is read, there [`unit`]."""
     standard_error: np.ndarray
-    """(n,) pointwise [V]."""
+    """(n,) pointwise [`unit`]."""
     share: float
     """Part of the excess chi2 of held-out data that it takes from the motor without it [1]."""
     gain: float
     """By how much it lowers the drift chi2 per sample of held-out data."""
     resembles: tuple[Resemblance, ...]
     """Known shapes, the most alike first; none where nothing is explained."""
+    unit: LearnedUnit = "V"
+    """Of `values`."""
+
+    @property
+    def what(self) -> str:
+        """It is, for people."""
+        return "a voltage" if self.unit == "V" else "an error of the reading"
 
     @property
     def resemblance(self) -> str:
         """Which known law it is like, for people; empty where nothing is explained."""
         if not self.resembles:
             return ""
-        return self.resembles[0].sized if self.resembles[0].similarity > ALIKE else f"like no known law{self._size}"
+        like = self.resembles[0]
+        return like.sized(self.unit) if like.similarity > ALIKE else f"like no known law{self._size}"
 
     @property
     def _size(self) -> str:
-        most = int(np.argmax(np.abs(self.volts)))
-        size, error = (1e3 * abs(float(one[most])) for one in (self.volts, self.standard_error))
-        return f", of up to {with_error(size, error, 'mV')}"
+        most = int(np.argmax(np.abs(self.values)))
+        size, error = (1e3 * abs(float(one[most])) for one in (self.values, self.standard_error))
+        return f", of up to {with_error(size, error, f'm{self.unit}')}"
 
     @property
     def text(self) -> str:
         """For people."""
         if not self.resembles:
             return f"nothing that depends on the {self.coordinate}"
-        return f"a voltage that depends on the {self.coordinate}, {self.resemblance}"
+        return f"{self.what} that depends on the {self.coordinate}, {self.resemblance}"
 
 
 def resemblances(
-    coordinate: LearnedCoordinate,
+    law: type[AbstractLearnedEffect],
     at: np.ndarray,
-    volts: np.ndarray,
+    values: np.ndarray,
     weight: np.ndarray,
     covariance: np.ndarray,
-    most_V: float = math.inf,
+    most: float = math.inf,
 ) -> tuple[Resemblance, ...]:
-    """Known shapes that are like `volts` (n,) of this `covariance`, the most alike first; each once, in the size that
-    fits best. None that adds more than `most_V`: what is nearly straight is like the little that many shapes bend."""
+    """Known shapes that are like `values` (n,) of a learned `law` with this `covariance`, the most alike first; each
+    once, in the size that fits best. None that adds more than `most`: what is nearly straight is like the little that
+    many shapes bend."""
     best: dict[str, Resemblance] = {}
-    for shape in _shapes(coordinate, at):
-        found = _resemblance(coordinate, at, volts, weight, covariance, shape)
-        if found.volts <= most_V and (shape.name not in best or found.similarity > best[shape.name].similarity):
+    for shape in _shapes(law, at):
+        found = _resemblance(law.coordinate, at, values, weight, covariance, shape)
+        if found.most <= most and (shape.name not in best or found.similarity > best[shape.name].similarity):
             best[shape.name] = found
     return tuple(sorted(best.values(), key=lambda one: -one.similarity))
 
 
-def _shapes(coordinate: LearnedCoordinate, at: np.ndarray) -> Iterator[Shape]:
-    match coordinate:
+def _shapes(law: type[AbstractLearnedEffect], at: np.ndarray) -> Iterator[Shape]:
+    match law.coordinate:
         case "speed":
             return _over_speed(at)
         case "voltage":
             return _over_voltage(at)
         case "angle":
-            return _over_angle(at)
+            return _over_angle(at) if law.unit == "V" else _waves(at, "encoder_eccentricity")
         case "time":
             return _over_time(at)
 
@@ -144,10 +152,14 @@ def _over_voltage(at: np.ndarray) -> Iterator[Shape]:
     yield Shape("direction_asymmetry", "like a drive that is stronger one way", size[:, None], "either")
 
 
-def _over_angle(at: np.ndarray) -> Iterator[Shape]:
+def _waves(at: np.ndarray, name: str) -> Iterator[Shape]:
     for n in range(1, HARMONICS + 1):
         wave = np.column_stack([np.sin(n * at), np.cos(n * at)])
-        yield Shape("cogging", f"like a sine of {n} per turn", wave, "either")
+        yield Shape(name, f"like a sine of {n} per turn", wave, "either")
+
+
+def _over_angle(at: np.ndarray) -> Iterator[Shape]:
+    yield from _waves(at, "cogging")
     for begin in np.linspace(0, 2 * np.pi, SIZES, endpoint=False):
         for width in np.pi * np.arange(1, 13) / 12:
             inside = np.mod(at - begin, 2 * np.pi) < width
@@ -167,7 +179,7 @@ def _over_time(at: np.ndarray) -> Iterator[Shape]:
 def _resemblance(
     coordinate: LearnedCoordinate,
     at: np.ndarray,
-    volts: np.ndarray,
+    values: np.ndarray,
     weight: np.ndarray,
     covariance: np.ndarray,
     shape: Shape,
@@ -177,7 +189,7 @@ def _resemblance(
     absorbed = [np.ones_like(at)]
     if coordinate in ("speed", "voltage"):
         absorbed.append(at)
-    columns, curve = shape.columns * root[:, None], volts * root
+    columns, curve = shape.columns * root[:, None], values * root
     taken = np.linalg.qr(np.column_stack(absorbed) * root[:, None])[0]
     columns, curve = columns - taken @ (taken.T @ columns), curve - taken @ (taken.T @ curve)
     into = np.linalg.pinv(columns)

@@ -9,8 +9,10 @@ import pytest
 from testing.made import COUNTS, PERIOD, SCALE, SUPPLY, plan, sine
 
 from jaxmotor import diagnose, read_model, validate
+from jaxmotor.diagnosis import to_json
 from jaxmotor.diagnosis._learned_law import resemblances
 from jaxmotor.estimate import model_to_json
+from jaxmotor.motor.effects import BUILT_IN
 from jaxmotor.motor.effects._learned import TorqueOverSpeed, VoltageOverCommand
 from jaxmotor.recording import Recording, Segment
 
@@ -44,8 +46,13 @@ LAWS = {
 }
 
 
-def hidden(law, seed, runs=RUNS):
-    """A motor's recording with `law` [V] added to its voltage in every fifth of a tick, and (n, 2) speeds and volts.
+def misread(angle):
+    return 0.1 * np.exp(-(((angle % (2 * np.pi) - 2.0) / 0.6) ** 2))
+
+
+def hidden(law, seed, runs=RUNS, misread=lambda angle: 0.0):
+    """A motor's recording with `law` [V] added to its voltage in every fifth of a tick, and (n, 2) speeds and volts;
+    `misread` [rad] is added to the angle that is counted.
 
     The shaft goes on turning where the run before left it, so that the counter shows its angle throughout.
     """
@@ -64,7 +71,8 @@ def hidden(law, seed, runs=RUNS):
                 angle += step * (mean * speed + GAIN * (1 - mean) * asked)
                 speed = keep * speed + GAIN * (1 - keep) * asked
         tick = np.arange(len(volts))
-        count = np.floor(np.array(angles) * COUNTS / (2 * np.pi) + offset).astype(np.int64)
+        read = np.array(angles) + misread(np.array(angles))
+        count = np.floor(read * COUNTS / (2 * np.pi) + offset).astype(np.int64)
         segments.append(Segment(kind, begin, True, parameters, tick * PERIOD, volts, tick=tick, count=count))
         begin += len(volts) * PERIOD + 0.5
     made = Recording(tuple(segments), "made.csv", PERIOD, COUNTS, float(SCALE), SUPPLY)
@@ -103,7 +111,7 @@ def the_law(diagnosis, coordinate):
 
 
 def check(law, true, size):
-    error = law.volts - true
+    error = law.values - true
     assert np.ptp(true) == pytest.approx(size, rel=0.3)
     assert np.abs(error).max() < 0.1 * np.ptp(true)
     inside = np.abs(error) < 2 * law.standard_error + 0.02 * np.ptp(true)
@@ -117,7 +125,7 @@ def test_a_friction_that_is_in_no_vocabulary(found):
     law = the_law(diagnosis, "speed")
     true, slope = level(law.at, over_speed(law.at), visited[:, 0])
     # The slope is the motor's, as far as its line and the curve's are one.
-    _, own = level(law.at, law.volts, visited[:, 0])
+    _, own = level(law.at, law.values, visited[:, 0])
     check(law, true + own * law.at, 0.3)
     assert "like no known law" in law.resemblance
     assert float(diagnosis.motor.linear.pole) == pytest.approx(POLE * (1 - GAIN * (slope - own)), rel=5e-3)
@@ -126,14 +134,27 @@ def test_a_friction_that_is_in_no_vocabulary(found):
 def test_a_bump_over_the_angle(found):
     law = the_law(found("angle")[0], "angle")
     check(law, over_angle(law.at), 0.2)
-    assert law.at[[0, -1]] == pytest.approx([0, 2 * np.pi]) and law.volts[0] == pytest.approx(law.volts[-1])
+    assert law.at[[0, -1]] == pytest.approx([0, 2 * np.pi]) and law.values[0] == pytest.approx(law.values[-1])
+
+
+def test_an_angle_that_is_misread():
+    recording, _ = hidden(LAWS["nothing"], 13, misread=misread)
+    diagnosis = diagnose(recording)
+    law = the_law(diagnosis, "angle")
+    assert law.unit == "rad" and "mrad" in law.text and "an error of the reading" in law.text
+    # Its mean is the angle from which the counter counts.
+    mean = misread(law.at)[:-1].mean()
+    check(law, misread(law.at - mean) - mean, 0.1)
+    assert float(diagnosis.motor.linear.gain) == pytest.approx(GAIN, rel=2e-4)
+    [told] = to_json(diagnosis)["learned"]
+    assert told["unit"] == "rad" and told["error_rad"] == law.values.tolist() and "volts_V" not in told
 
 
 def test_a_drive_that_is_not_in_proportion(found):
     diagnosis, visited = found("voltage")
     law = the_law(diagnosis, "voltage")
     true, slope = level(law.at, over_voltage(law.at), visited[:, 1])
-    _, own = level(law.at, law.volts, visited[:, 1])
+    _, own = level(law.at, law.values, visited[:, 1])
     ratio = float(diagnosis.motor.linear.gain) / GAIN
     # u + f(u) = ratio (u + g(u))
     check(law, (law.at * (1 + slope) + true) / ratio - law.at, 0.9)
@@ -151,9 +172,9 @@ def test_a_drive_that_saturates_is_a_curve_with_bends():
     assert law.coordinate == "voltage" and law.share > 0.99
     assert effect.parameters["bend_share"] * effect.parameters["reach_V"] == pytest.approx(LIMIT_V, rel=0.01)
     true, slope = level(law.at, np.clip(law.at, -LIMIT_V, LIMIT_V) - law.at, visited[:, 1])
-    _, own = level(law.at, law.volts, visited[:, 1])
+    _, own = level(law.at, law.values, visited[:, 1])
     ratio = float(diagnosis.motor.linear.gain) / GAIN
-    error = law.volts - ((law.at * (1 + slope) + true) / ratio - law.at)
+    error = law.values - ((law.at * (1 + slope) + true) / ratio - law.at)
     assert np.abs(error).max() < 0.01 * np.ptp(true)
     assert ratio * (1 + own) == pytest.approx(1 + slope, abs=0.01)
     assert "saturation" in law.resemblance
@@ -190,8 +211,8 @@ def test_a_known_shape_is_named_with_its_size():
     law = the_law(diagnose(recording, exclude=["cubic_drive"]), "voltage")
     shape = law.resembles[0]
     assert shape.name == "cubic_drive" and shape.similarity > 0.99
-    assert shape.volts == pytest.approx(0.004 * np.abs(law.at).max() ** 3, rel=0.15)
-    assert 0 < shape.standard_error < 0.01 * shape.volts and "cube" in law.text
+    assert shape.most == pytest.approx(0.004 * np.abs(law.at).max() ** 3, rel=0.15)
+    assert 0 < shape.standard_error < 0.01 * shape.most and "cube" in law.text
 
 
 def test_a_learned_law_is_kept_with_the_model(found, tmp_path):
@@ -240,28 +261,29 @@ def test_a_curve_has_no_bends_until_they_have_a_place():
 
 
 @pytest.mark.parametrize(
-    ("coordinate", "low", "high", "curve", "name", "text"),
+    ("law", "low", "high", "curve", "name", "text"),
     [
-        ("speed", -50, 50, lambda w: 0.3 - 0.2 * np.sign(w) + 0.01 * w, "coulomb_friction", "Coulomb"),
-        ("speed", -50, 50, lambda w: -1e-4 * w * np.abs(w) + 0.02 * w, "quadratic_drag", "square"),
-        ("voltage", -6, 6, lambda u: -np.clip(u, -0.5, 0.5) + 0.1 * u, "dead_zone", "0.5 V"),
-        ("voltage", -6, 6, lambda u: -np.where(np.abs(u) < 1, u, 0), "input_threshold", "1 V"),
-        ("voltage", -6, 6, lambda u: np.clip(u, -4.5, 4.5) - u, "voltage_saturation", "4.5 V"),
-        ("voltage", -6, 6, lambda u: -0.05 * np.abs(u), "direction_asymmetry", "one way"),
-        ("angle", 0, 2 * np.pi, lambda a: 0.1 * np.sin(5 * a + 1), "cogging", "5 per turn"),
-        ("time", 0, 60, lambda t: 0.3 - 0.01 * t, "drift", "steady"),
-        ("time", 0, 60, lambda t: np.sin(2 * np.pi * t / 20 + 1), "sine", "0.05 Hz"),
+        ("torque_over_speed", -50, 50, lambda w: 0.3 - 0.2 * np.sign(w) + 0.01 * w, "coulomb_friction", "Coulomb"),
+        ("torque_over_speed", -50, 50, lambda w: -1e-4 * w * np.abs(w) + 0.02 * w, "quadratic_drag", "square"),
+        ("voltage_over_command", -6, 6, lambda u: -np.clip(u, -0.5, 0.5) + 0.1 * u, "dead_zone", "0.5 V"),
+        ("voltage_over_command", -6, 6, lambda u: -np.where(np.abs(u) < 1, u, 0), "input_threshold", "1 V"),
+        ("voltage_over_command", -6, 6, lambda u: np.clip(u, -4.5, 4.5) - u, "voltage_saturation", "4.5 V"),
+        ("voltage_over_command", -6, 6, lambda u: -0.05 * np.abs(u), "direction_asymmetry", "one way"),
+        ("torque_over_angle", 0, 2 * np.pi, lambda a: 0.1 * np.sin(5 * a + 1), "cogging", "5 per turn"),
+        ("reading_over_angle", 0, 2 * np.pi, lambda a: 0.1 * np.sin(2 * a + 1), "encoder_eccentricity", "2 per turn"),
+        ("wandering_torque", 0, 60, lambda t: 0.3 - 0.01 * t, "drift", "steady"),
+        ("wandering_torque", 0, 60, lambda t: np.sin(2 * np.pi * t / 20 + 1), "sine", "0.05 Hz"),
     ],
 )
-def test_known_laws_are_recognised(coordinate, low, high, curve, name, text):
+def test_known_laws_are_recognised(law, low, high, curve, name, text):
     at = np.linspace(low, high, 121)
-    found = resemblances(coordinate, at, curve(at), np.ones(121), np.zeros((121, 121)))
+    found = resemblances(BUILT_IN[law], at, curve(at), np.ones(121), np.zeros((121, 121)))
     assert found[0].name == name and found[0].similarity > 0.995 and text in found[0].text
     # A law that opposes the motion does not resemble one that drives it.
-    if name not in ("direction_asymmetry", "voltage_offset", "cogging", "drift", "sine"):
+    if name not in ("direction_asymmetry", "voltage_offset", "cogging", "encoder_eccentricity", "drift", "sine"):
         turned = {
             one.name: one.similarity
-            for one in resemblances(coordinate, at, -curve(at), np.ones(121), np.zeros((121, 121)))
+            for one in resemblances(BUILT_IN[law], at, -curve(at), np.ones(121), np.zeros((121, 121)))
         }
         assert turned[name] == 0
 
@@ -270,7 +292,7 @@ def test_a_curve_is_like_nothing_larger_than_the_voltages_applied():
     at = np.linspace(100, 900, 121)
     shape = -8.0 * np.exp(-np.square(at / 850))
     bent = shape - np.polyval(np.polyfit(at, shape, 1), at)
-    told = resemblances("speed", at, bent, np.ones(121), np.zeros((121, 121)))
-    within = resemblances("speed", at, bent, np.ones(121), np.zeros((121, 121)), most_V=5.0)
+    told = resemblances(TorqueOverSpeed, at, bent, np.ones(121), np.zeros((121, 121)))
+    within = resemblances(TorqueOverSpeed, at, bent, np.ones(121), np.zeros((121, 121)), most=5.0)
     assert np.abs(bent).max() < 2.0
-    assert max(one.volts for one in told) > 5.0 >= max(one.volts for one in within)
+    assert max(one.most for one in told) > 5.0 >= max(one.most for one in within)

@@ -34,7 +34,7 @@ def test_each_law_has_its_panel_and_the_best_is_marked(number):
     assert title[0] == "Best: 96 % explained" and len(title) == (2 if number == 1 else 3)
     assert " ".join(title[1:]) == "like a steady drift, of up to 200 ± 20 mV"
     for ax, one in zip(shown, LAWS, strict=False):
-        np.testing.assert_allclose(line(ax, "learned").get_ydata(), 1e3 * one.volts)
+        np.testing.assert_allclose(line(ax, "learned").get_ydata(), 1e3 * one.values)
         np.testing.assert_allclose(bands(ax)[0][:, 1] - bands(ax)[0][:, 0], 40.0)
     if number > 1:
         assert shown[1].get_title(loc="left") == "40 % explained"
@@ -49,6 +49,18 @@ def test_a_long_title_stays_over_its_panel():
     title = " ".join(ax.get_title(loc="left").split())
     assert title.endswith(r"no other name, \$x\$, of up to 200 ± 20 mV")
     assert ax.get_tightbbox().x1 < beside.get_window_extent().x0
+
+
+def test_an_error_of_the_reading_has_an_axis_of_its_own():
+    misread = dataclasses.replace(LAWS[3], unit="rad", values=0.1 * LAWS[3].values)
+    figure = learned((misread, LAWS[1]))
+    check(figure)
+    assert labels(figure) == [
+        ("Shaft angle (rad, one turn)", "Error of the reading (mrad)"),
+        ("Speed (rad/s)", "Residual voltage (mV)"),
+    ]
+    one, other = figure.axes
+    assert one.get_ylim() != other.get_ylim()
 
 
 def test_nothing_explained_is_not_best():

@@ -50,6 +50,7 @@ from jaxmotor.motor.effects._learned import NO_PLACE as NO_PLACE
 from jaxmotor.motor.effects._learned import AbstractBentCurve as AbstractBentCurve
 from jaxmotor.motor.effects._learned import AbstractLearnedEffect as AbstractLearnedEffect
 from jaxmotor.motor.effects._learned import LearnedCoordinate as LearnedCoordinate
+from jaxmotor.motor.effects._learned import LearnedUnit as LearnedUnit
 from jaxmotor.motor.effects._learned import penalty as penalty
 from jaxmotor.motor.effects._log import OF_LOG as OF_LOG
 from jaxmotor.motor.effects._log import LogFilter as LogFilter

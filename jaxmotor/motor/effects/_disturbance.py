@@ -18,7 +18,7 @@ from jaxmotor.motor.effects._base import (
     Source,
     parameter,
 )
-from jaxmotor.motor.effects._learned import TERMS, AbstractLearnedEffect, LearnedCoordinate
+from jaxmotor.motor.effects._learned import TERMS, AbstractLearnedVoltage, LearnedCoordinate
 from jaxmotor.motor.effects._sine import sine
 
 SLOW_S = 2.0
@@ -110,7 +110,7 @@ class PeriodicTorque(AbstractMotionEffect, AbstractDisturbance):
         return source._replace(offset=source.offset - torque)
 
 
-class WanderingTorque(AbstractMotionEffect, AbstractDisturbance, AbstractLearnedEffect):
+class WanderingTorque(AbstractMotionEffect, AbstractDisturbance, AbstractLearnedVoltage):
     """Σ c_k cos(k π t/t1): a torque that changes slowly in the course of the recording, of any shape."""
 
     name: ClassVar[str] = "wandering_torque"
@@ -130,7 +130,7 @@ class WanderingTorque(AbstractMotionEffect, AbstractDisturbance, AbstractLearned
     def adds(self, at: Scalar) -> Scalar:
         z = sine(jnp.pi * (0.5 - jnp.clip(at / self.reach_s, 0.0, 1.0)))
         before, now, total = jnp.ones_like(z), z, jnp.zeros_like(z)
-        for c in self.coefficients:
+        for c in self.series:
             total = total + c * now
             before, now = now, 2 * z * now - before
         return -total

@@ -1,4 +1,5 @@
-"""Laws learned from data: a torque or a voltage as a series over one coordinate, for what no known law explains.
+"""Laws learned from data: a torque, a voltage or an error of the reading as a series over one coordinate, for what no
+known law explains.
 
 They are fitted, simulated, validated and kept like any other effect. What a linear motor or an offset does as well,
 they leave to these: over speed and voltage a straight line has no part in them, over speed nor a constant; without a
@@ -14,9 +15,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxmotor.motor.effects._base import (
+    AbstractAngleSensorEffect,
     AbstractDriveEffect,
     AbstractEffect,
     AbstractMotionEffect,
+    AbstractSensorEffect,
     AbstractSourceEffect,
     AbstractTorqueEffect,
     Rig,
@@ -25,9 +28,11 @@ from jaxmotor.motor.effects._base import (
     parameter,
     parameters,
 )
+from jaxmotor.motor.effects._sensor import MOST_MISREAD
 from jaxmotor.motor.effects._sine import sine
 
 LearnedCoordinate = Literal["speed", "voltage", "angle", "time"]
+LearnedUnit = Literal["V", "rad"]
 TERMS = 24
 """Of a curve."""
 WARP = 10.0
@@ -37,6 +42,9 @@ GRID = 2001
 SPREAD_V = 0.3
 """Of the first coefficient, by its prior; of later ones it falls as those of a jump do. A few per cent of a small
 supply: next to nothing against rows that show the curve, and what holds it level between places that no row visits."""
+SPREAD_rad = 0.1
+"""Of the first wave of a reading's error, by its prior; a wave of n per turn has an n-th of it, by which speeds are
+misread as much."""
 NO_PLACE = 1.0
 """Of the bends of a curve that has none: at the end of its reach."""
 NARROWEST = 1e-6
@@ -48,13 +56,36 @@ def _coefficient(term: int, absent: float | None = None) -> Any:
     return parameter("V", "term", **about, absent=absent)
 
 
+def _wave(cycles: int) -> Any:
+    about = {"neutral": 0.0, "start": 0.0, "scale": 0.02 / cycles, "spread": SPREAD_rad / cycles}
+    return parameter("rad", "term", **about)
+
+
 class AbstractLearnedEffect(AbstractEffect):
-    """A series of `TERMS` terms."""
+    """A series over one coordinate."""
 
     coordinate: ClassVar[LearnedCoordinate]
     """Over which it is a series."""
+    unit: ClassVar[LearnedUnit] = "V"
+    """Of what it adds, and of its coefficients."""
     sought_last: ClassVar[bool] = True
     advice: ClassVar[str] = "Look for a cause of that shape; until it is known, feed the curve forward."
+
+    @property
+    def coefficients(self) -> tuple[Scalar, ...]:
+        """In its unit."""
+        about = parameters(self)
+        return tuple(getattr(self, name) for name in about if about[name]["kind"] == "term")
+
+    @abc.abstractmethod
+    def adds(self, at: Scalar) -> Scalar:
+        """What it adds, in its unit, at places [rad/s, V, rad, s] of its coordinate: to the commanded voltage, or to
+        the angle that is read."""
+
+
+class AbstractLearnedVoltage(AbstractLearnedEffect):
+    """A series of `TERMS` terms, in volts."""
+
     c1_V: Scalar = _coefficient(1)
     c2_V: Scalar = _coefficient(2)
     c3_V: Scalar = _coefficient(3)
@@ -81,20 +112,16 @@ class AbstractLearnedEffect(AbstractEffect):
     c24_V: Scalar = _coefficient(24)
 
     @property
-    def coefficients(self) -> tuple[Scalar, ...]:
-        """[V]"""
+    def series(self) -> tuple[Scalar, ...]:
+        """Its coefficients from the first to the last term [V]."""
         return tuple(getattr(self, f"c{term}_V") for term in range(1, TERMS + 1))
-
-    @abc.abstractmethod
-    def adds(self, at: Scalar) -> Scalar:
-        """The voltage that acts beside the commanded one [V], at places [rad/s, V, rad, s] of its coordinate."""
 
     def possible(self, rig: Rig) -> bool:
         """No effect takes more volts than there are."""
-        return all(abs(float(one)) < rig.supply_V for one in self.coefficients)
+        return all(abs(float(one)) < rig.supply_V for one in self.series)
 
 
-class AbstractBentCurve(AbstractLearnedEffect):
+class AbstractBentCurve(AbstractLearnedVoltage):
     """A series whose slope may change at once at two places x = ±p, as no series of some terms has it:
 
     Σ c_k (T_k(z) - a_k - m_k x) + b (sgn(x) h - (1 - p)(1 + p/2) x) + e (h - a), h = max(|x| - p, 0)/(1 - p),
@@ -138,13 +165,13 @@ class TorqueOverSpeed(AbstractMotionEffect, AbstractTorqueEffect, AbstractBentCu
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del angle
         place, mean = speed / self.reach_rad_s, 0.5 * (1 - self.bend_share)
-        return _level_series(self.coefficients, place, _means()) + _bent(self.bends, place, mean)
+        return _level_series(self.series, place, _means()) + _bent(self.bends, place, mean)
 
     def adds(self, at: Scalar) -> Scalar:
         return -self.resists(at, at)
 
 
-class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedEffect):
+class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearnedVoltage):
     """c_0 + Σ (c_(2n-1) cos nθ + c_(2n) sin nθ), n = 1 to 12: a torque that depends on the shaft's angle, of any
     shape."""
 
@@ -161,12 +188,7 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
 
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del speed
-        along, across = sine(angle + 0.5 * jnp.pi), sine(angle)
-        total, cos_n, sin_n = self.c0_V, jnp.ones_like(angle), jnp.zeros_like(angle)
-        for a, b in zip(self.coefficients[::2], self.coefficients[1::2], strict=True):
-            cos_n, sin_n = cos_n * along - sin_n * across, sin_n * along + cos_n * across
-            total = total + a * cos_n + b * sin_n
-        return total
+        return _turned(self.series, angle, self.c0_V)
 
     def adds(self, at: Scalar) -> Scalar:
         return -self.resists(at, at)
@@ -200,7 +222,51 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractBent
 
     def adds(self, at: Scalar) -> Scalar:
         place = at / self.reach_V
-        return _level_series(self.coefficients, place, AT_ZERO) + _bent(self.bends, place, jnp.zeros_like(place))
+        return _level_series(self.series, place, AT_ZERO) + _bent(self.bends, place, jnp.zeros_like(place))
+
+
+class ReadingOverAngle(AbstractSensorEffect, AbstractAngleSensorEffect, AbstractLearnedEffect):
+    """y = θ + Σ (a_n cos nθ + b_n sin nθ), n = 1 to 8: an error of the reading that depends on the shaft's angle, of
+    any shape."""
+
+    name: ClassVar[str] = "reading_over_angle"
+    contains: ClassVar[tuple[str, ...]] = ("encoder_eccentricity",)
+    says: ClassVar[str] = "the angle is misread by a curve over the shaft's angle that was learned"
+    advice: ClassVar[str] = "Look at how the sensor is mounted; until it is, correct the reading by the curve."
+    coordinate: ClassVar[LearnedCoordinate] = "angle"
+    unit: ClassVar[LearnedUnit] = "rad"
+    cos1_rad: Scalar = _wave(1)
+    sin1_rad: Scalar = _wave(1)
+    cos2_rad: Scalar = _wave(2)
+    sin2_rad: Scalar = _wave(2)
+    cos3_rad: Scalar = _wave(3)
+    sin3_rad: Scalar = _wave(3)
+    cos4_rad: Scalar = _wave(4)
+    sin4_rad: Scalar = _wave(4)
+    cos5_rad: Scalar = _wave(5)
+    sin5_rad: Scalar = _wave(5)
+    cos6_rad: Scalar = _wave(6)
+    sin6_rad: Scalar = _wave(6)
+    cos7_rad: Scalar = _wave(7)
+    sin7_rad: Scalar = _wave(7)
+    cos8_rad: Scalar = _wave(8)
+    sin8_rad: Scalar = _wave(8)
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.start(),) if rig.turns else ()
+
+    def possible(self, rig: Rig) -> bool:
+        """As an encoder off its centre, it misreads speeds by a quarter at most."""
+        waves = zip(self.coefficients[::2], self.coefficients[1::2], strict=True)
+        misread = [n * math.hypot(float(a), float(b)) for n, (a, b) in enumerate(waves, start=1)]
+        return super().possible(rig) and max(misread) < MOST_MISREAD
+
+    def error(self, angle: Scalar) -> Scalar:
+        return _turned(self.coefficients, angle, jnp.zeros_like(angle))
+
+    def adds(self, at: Scalar) -> Scalar:
+        return self.error(at)
 
 
 def penalty(effect: AbstractLearnedEffect) -> float:
@@ -211,11 +277,21 @@ def penalty(effect: AbstractLearnedEffect) -> float:
     return 0.5 * sum((float(getattr(effect, name)) / about[name]["spread"]) ** 2 for name in terms)
 
 
-LEARNED = {effect.name: effect for effect in (TorqueOverSpeed, TorqueOverAngle, VoltageOverCommand)}
+LEARNED = {effect.name: effect for effect in (TorqueOverSpeed, TorqueOverAngle, VoltageOverCommand, ReadingOverAngle)}
 
 
 AT_ZERO = tuple(float(round(math.cos(0.5 * math.pi * term))) for term in range(1, TERMS + 1))
 """T_k(0)"""
+
+
+def _turned(waves: tuple[Scalar, ...], angle: Scalar, total: Scalar) -> Scalar:
+    """`total` and Σ (a_n cos nθ + b_n sin nθ) at θ = `angle`, a_n and b_n in turn in `waves`."""
+    along, across = sine(angle + 0.5 * jnp.pi), sine(angle)
+    cos_n, sin_n = jnp.ones_like(angle), jnp.zeros_like(angle)
+    for a, b in zip(waves[::2], waves[1::2], strict=True):
+        cos_n, sin_n = cos_n * along - sin_n * across, sin_n * along + cos_n * across
+        total = total + a * cos_n + b * sin_n
+    return total
 
 
 def _level_series(coefficients: tuple[Scalar, ...], place: Scalar, levels: tuple[float, ...]) -> Scalar:

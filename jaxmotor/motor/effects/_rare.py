@@ -24,8 +24,9 @@ from jaxmotor.motor.effects._base import (
     parameter,
 )
 
-RARITY = 2.0
-"""Of effects that no data sheet of a hobby motor speaks of."""
+RARITY = 4.0
+"""Of effects that no data sheet of a hobby motor speaks of: one of a single parameter is as dear as a learned curve,
+since a rare law is no likelier beforehand than one that nobody has listed."""
 REFERENCE_rad_s = 50.0
 """At which the size of a drag is stated."""
 MOST_TOLD_V = 24.0
