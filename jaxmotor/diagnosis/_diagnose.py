@@ -43,7 +43,7 @@ from jaxmotor.diagnosis._weighed import (
     judged_by,
     probabilities,
 )
-from jaxmotor.estimate import STAMPS, Fit, best_guess, identify
+from jaxmotor.estimate import STAMPS, Fit, best_guess, identify, needs_transients
 from jaxmotor.motor.effects import AbstractDisturbance
 from jaxmotor.prediction import as_angles
 from jaxmotor.recording import EARLY, Recording, check, recording_of
@@ -72,6 +72,7 @@ def diagnose(
     """
     recording = recording_of(recording)
     check_whole("seed", seed)
+    needs_transients(recording, range(len(recording.segments)))
     request = Request(effects, exclude, on_progress)
     request.tell(0)
     fit, refused = _linear_fit(recording, seed)

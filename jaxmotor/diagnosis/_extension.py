@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 from jaxmotor.diagnosis._bends import with_bends
 from jaxmotor.diagnosis._found import COARSE, EXPLAINED, Found
-from jaxmotor.diagnosis._free import with_effect, without_effect
+from jaxmotor.diagnosis._free import impossible, with_effect, without_effect
 from jaxmotor.diagnosis._moments import finest_s, nearby, placed
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._residual_dependence import Dependence
@@ -120,11 +120,26 @@ def _beside_curves(search: Search, found: Found) -> Found:
         start for law in LEARNED.values() if law in search.solver.request.asked() for start in law.starts(search.rig)
     ]
     _try(search, [own], starts, search.least(own, LEAST))
-    if not any(_helps(search, own, start) for start in starts):
-        return found
-    _try(search, search.without_each(own), starts, FAR * search.visited.best().chi2)
+    _in_place_of_laws(search, own, starts)
+    if any(_helps(search, own, start) for start in starts):
+        _try(search, search.without_each(own), starts, FAR * search.visited.best().chi2)
     best = search.visited.best()
-    return found if set(best.names) == set(own.names) else _of_known_laws(search, search.as_found(best))
+    now = search.as_found(best)
+    return now if set(best.names) == set(own.names) else _of_known_laws(search, now)
+
+
+def _in_place_of_laws(search: Search, own: Fitted, curves: list[AbstractEffect]) -> None:
+    """Fit each of `curves` in the place of the laws of `own` that it contains: what else over their coordinate would do
+    as well."""
+    for curve in curves:
+        inside = set(search.relations.simpler(curve.name)).intersection(own.names)
+        if inside:
+            rest = own.motor
+            for name in inside:
+                rest = without_effect(rest, name)
+            known = search.visited.fitted.get(frozenset(own.names) - inside)
+            base = search.solver.fit(rest, own, COARSE) if known is None else known
+            _try(search, [base], [curve], FAR * search.visited.best().chi2)
 
 
 def _starts(search: Search, own: Fitted, dependences: Iterable[Dependence]) -> list[AbstractEffect]:
@@ -174,10 +189,22 @@ def _fit_each(search: Search, bases: list[Fitted], starts: Sequence[AbstractEffe
     def fits(task: tuple[Fitted, tuple[AbstractEffect, ...]]) -> list[Fitted]:
         base, own = task
         begun = [search.solver.fit(motor, base, COARSE, bar=bar) for motor in _begins(search, base, own)]
-        return [with_bends(search.solver, base, one, COARSE, bar) for one in begun]
+        bent = [with_bends(search.solver, base, one, COARSE, bar) for one in begun]
+        return [_without_gone(search, base, one) for one in bent]
 
     for found in side_by_side(fits, tasks):
         search.visited.keep(found)
+
+
+def _without_gone(search: Search, base: Fitted, fitted: Fitted) -> Fitted:
+    """`fitted` without effects of `base` that only imitated its new law: beside that they have no size that the rig can
+    have."""
+    gone, rest = impossible(fitted.motor, search.rig), fitted.motor
+    if not gone or not set(gone) <= set(base.names):
+        return fitted
+    for name in gone:
+        rest = without_effect(rest, name)
+    return search.solver.fit(rest, fitted, COARSE)
 
 
 def _begins(search: Search, base: Fitted, starts: tuple[AbstractEffect, ...]) -> list[Motor]:

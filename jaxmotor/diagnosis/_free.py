@@ -60,8 +60,13 @@ class Layout(NamedTuple):
 
 def is_possible(motor: Motor, rig: Rig) -> bool:
     """Each of its effects has a size that a motor with its gain can have on `rig`."""
+    return not impossible(motor, rig)
+
+
+def impossible(motor: Motor, rig: Rig) -> list[str]:
+    """Its effects that have a size which no motor with its gain has on `rig`."""
     own = rig.of(abs(float(motor.linear.gain)))
-    return all(effect.possible(own) for effect in motor.effects)
+    return [effect.name for effect in motor.effects if not effect.possible(own)]
 
 
 def is_wide(effects: tuple[AbstractEffect, ...]) -> bool:

@@ -41,6 +41,15 @@ class Relations:
         laws = (other for other in self.known if not issubclass(self.known[other], AbstractLearnedEffect))
         return {other for other in laws if name in self.simpler(other)}
 
+    def curves(self, name: str) -> set[str]:
+        """Known learned curves of which an effect is a special case."""
+        learned = (other for other in self.known if issubclass(self.known[other], AbstractLearnedEffect))
+        return {other for other in learned if name in self.simpler(other)}
+
+    def is_rare(self, name: str) -> bool:
+        """An effect is sought only where the usual ones leave something."""
+        return self.known[name].sought_last
+
     def relatives(self, name: str) -> Group:
         """The effects that are alike, with the effect itself; none where it is alone."""
         return next((group for group in self.alike if name in group), ())

@@ -414,7 +414,9 @@ class Search:
         alternatives = tuple(self.visited.fitted[names] for names in others)
         laws = alike if self.solver.noise_known or name in LEARNED else alike - LEARNED.keys()
         laws |= self.relations.containing(name)
-        probability, with_equal, with_law = (self.visited.probability(name, *also) for also in ((), alike, laws))
+        probability, with_equal, with_law = (
+            self.visited.probability(name, *also) + self.visited.as_law(name, also) for also in ((), alike, laws)
+        )
         shorter = self.visited.fitted.get(rest)
         share = 0.0 if shorter is None else self.explained.share_left(fitted, shorter.chi2)
         return Named(name, alternatives, probability, with_equal, alike, share, with_law)

@@ -8,6 +8,7 @@ which halves of segments predict most of each other; it must take up a tenth of 
 
 import dataclasses
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from jaxmotor.diagnosis._search import LEAST
 from jaxmotor.diagnosis._solve import Fitted, square_of
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._trial import rig_of
-from jaxmotor.motor.effects import AbstractEffect, parameters
+from jaxmotor.motor.effects import BUILT_IN, LEARNED, AbstractEffect, parameters
 from jaxmotor.prediction import shaft_angles
 from jaxmotor.recording import Recording
 
@@ -36,7 +37,7 @@ def with_angles(study: Study, found: Fitted) -> Recording | None:
     begun = _begun(recording, np.zeros(len(recording.segments)))
     if shaft_angles(recording) is not None or shaft_angles(begun) is None:
         return None
-    laws = [effect for effect in study.solver.request.asked() if _is_wave(effect)]
+    laws = _asked_waves(study.solver.request.asked())
     noise = study.packed.observation.noise
     there = study_of(begun, study.pole_rad_s, study.timed, study.solver.request, noise)
     waves = _waves(found, effect_columns(there.solver, found, rig_of(begun, there.trial), laws))
@@ -64,6 +65,12 @@ def _begun(recording: Recording, angles: np.ndarray) -> Recording:
     runs = zip(recording.segments, angles.tolist(), strict=True)
     segments = tuple(dataclasses.replace(segment, begins_rad=angle) for segment, angle in runs)
     return dataclasses.replace(recording, segments=segments)
+
+
+def _asked_waves(asked: Iterable[type[AbstractEffect]]) -> list[type[AbstractEffect]]:
+    """The waves among the laws that are `asked` for, and those that a curve among these contains."""
+    contained = [BUILT_IN[name] for effect in asked if effect.name in LEARNED for name in effect.contains]
+    return [effect for effect in dict.fromkeys([*asked, *contained]) if _is_wave(effect)]
 
 
 def _is_wave(effect: type[AbstractEffect]) -> bool:

@@ -65,7 +65,7 @@ class Visited:
         """Probability of each model."""
         if self._weights is None:
             names = list(self.fitted)
-            prices = [sum(map(self.relations.price, one - self.own), self._curve_price(one)) for one in names]
+            prices = [self._price(one) for one in names]
             judged, least = [self._evidence[one] for one in names], functools.partial(self._least, names)
             found = weights(judged, prices, self._bounds(names), least)
             self._weights = dict(zip(names, found.tolist(), strict=True))
@@ -93,6 +93,10 @@ class Visited:
         gain = np.maximum(len(most.residual) * more / most.variance, judged.rows * np.log(ahead))
         nested = np.array([one <= names[best] for one in names])
         return np.where(nested, -0.5 * np.maximum(gain, 0.0), -np.inf)
+
+    def _price(self, names: Names) -> float:
+        """Of a model, in logarithms of probability."""
+        return sum(map(self.relations.price, names - self.own), self._curve_price(names))
 
     def _curve_price(self, names: Names) -> float:
         """What the curves of a model cost more than they do in others, in logarithms of probability: by their prior,
@@ -153,6 +157,21 @@ class Visited:
     def probability(self, *effects: str) -> float:
         """Of any of these `effects`: the sum over the models that have one."""
         return sum((weight for names, weight in self.weights().items() if names.intersection(effects)), 0.0)
+
+    def as_law(self, law: str, others: Collection[str]) -> float:
+        """Probability that a curve has the shape of the usual `law` that it contains: of the models with such a curve
+        and none of `others`, each as probable as it would be if it predicted no better than the one with the law in the
+        curve's place. A rare law is no likelier than another shape."""
+        if self.relations.is_rare(law):
+            return 0.0
+        weight, total = self.weights(), 0.0
+        for names in weight:
+            for curve in names & self.relations.curves(law) if not names.intersection((law, *others)) else ():
+                with_law = names - {curve} | {law}
+                if with_law in weight:
+                    no_better = weight[with_law] * math.exp(self._price(with_law) - self._price(names))
+                    total += min(weight[names], no_better)
+        return total
 
     def probabilities(self) -> dict[str, float]:
         """Of each effect that was tried and of `none`, the largest first."""

@@ -38,8 +38,9 @@ UNKNOWN = 0.5
 def judged_by(held: HeldOut, found: Found, explained: Explained) -> Found:
     """`found` with the shares that stay unexplained of rows held out: there an effect that only imitates a law explains
     less than where it was fitted. Where the noise is estimated they are asked for only if something of the fitted rows
-    stays unexplained, too."""
-    if not held.own or not (found.unexplained_share or explained.noise_known):
+    stays unexplained, too, or the linear motor predicts them better."""
+    asked = found.unexplained_share or explained.noise_known or held.is_worse
+    if not held.own or not asked:
         return found
     scatter = SCATTERS * math.sqrt(2 / max(len(held.test.cells), 1)) if explained.noise_known else 0.0
 

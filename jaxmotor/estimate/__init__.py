@@ -22,6 +22,7 @@ from jaxmotor.estimate._identify import best_guess as best_guess
 from jaxmotor.estimate._identify import enough_sines as enough_sines
 from jaxmotor.estimate._identify import identify as identify
 from jaxmotor.estimate._identify import needs_more_than_one_frequency as needs_more_than_one_frequency
+from jaxmotor.estimate._identify import needs_transients as needs_transients
 from jaxmotor.estimate._identify import prepare as prepare
 from jaxmotor.estimate._identify import scores as scores
 from jaxmotor.estimate._identify import sine_motor as sine_motor

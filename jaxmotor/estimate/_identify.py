@@ -1,7 +1,7 @@
 """From a recording to a motor: the steps in their order, each written elsewhere."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
@@ -36,13 +36,13 @@ from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor import FirstOrder
 from jaxmotor.prediction import Packed, Problem, as_angles, as_problem, coarse_stamps, holding, pack
-from jaxmotor.recording import Recording, Which, check, chosen_segments, recording_of
+from jaxmotor.recording import Recording, Which, check, chosen_segments, is_steady, recording_of
 
 METHODS = Literal["exact", "paper"]
 ORDERS = Literal["first", "second"]
 FIRST_OFFSET_ROWS = 0.05
 """Timing offset from which it is sought."""
-ONE_VOLTAGE = 0.01
+ONE_VOLTAGE = 0.05
 """Part of a voltage by which others are no second one."""
 STAMPS = "the time stamps are coarse: "
 """How the note on them begins."""
@@ -103,6 +103,7 @@ def identify(
     if method == "paper":
         return _paper(recording, packed, problem, fitted, notes, about)
     needs_more_than_one_frequency(recording, fitted)
+    needs_transients(recording, fitted)
     _compile_ahead(recording, fitted, packed, model)
     response, sines = _response(recording, fitted, notes)
     psi = sines.psi if sines is not None and sines.solved else _data_start(problem)
@@ -217,6 +218,16 @@ def needs_more_than_one_frequency(recording: Recording, fitted: tuple[int, ...])
         raise JaxmotorError(
             f"{recording.name}: all segments are sines of one frequency ({frequency:g} Hz), so nothing checks "
             "the pole they give; record a second frequency, or a step"
+        )
+
+
+def needs_transients(recording: Recording, fitted: Iterable[int]) -> None:
+    """**Raises:** `JaxmotorError` where all segments are steady states."""
+    segments = [recording.segments[index] for index in fitted]
+    if segments and all(map(is_steady, segments)):
+        raise JaxmotorError(
+            f"{recording.name}: all segments are steady states, which show the gain and not how fast the motor comes "
+            "to it; record a step from rest too, and join the two"
         )
 
 

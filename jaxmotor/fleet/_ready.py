@@ -15,6 +15,7 @@ from jaxmotor.estimate import (
     Sines,
     enough_sines,
     needs_more_than_one_frequency,
+    needs_transients,
     pole_range,
     prepare,
     sine_data,
@@ -59,6 +60,7 @@ def ready(recording: Recording, hold_out: Iterable[int] = ()) -> Ready:
     """
     prepared = prepare(recording, hold_out)
     needs_more_than_one_frequency(recording, prepared.fitted)
+    needs_transients(recording, prepared.fitted)
     packed, fitted = prepared.packed, prepared.fitted
     sines = sine_data(recording, fitted) if enough_sines(recording, fitted) else None
     return Ready(prepared, Case(_padded(packed), sines, pole_range(packed.batch)))

@@ -94,12 +94,13 @@ def cause(found: FoundEffect) -> str:
         also = f", with the alternatives that fit as well {percent(found.family_probability)}" if equals(found) else ""
         return f"{found.name} ({own}{also})"
     known = f" (probability {percent(found.of_family)})" if found.effect.family else ""
-    hardly = ", which is hardly all of it" if found.probability < HARDLY else ""
-    return f"{family_of(found.effect)}{known}, most like {found.name}{hardly} ({percent(found.probability)})"
+    share = percent(found.probability)
+    like = f", which itself has a probability of {share}" if found.probability < HARDLY else f" ({share})"
+    return f"{family_of(found.effect)}{known}, most like {found.name}{like}"
 
 
 HARDLY = 0.1
-"""Probability below which a law is told to be like what was found, but hardly that."""
+"""Probability below which a law is told to be like what was found, and how little likely it is itself."""
 LITTLE = 0.005
 """Probability that is told as next to none."""
 

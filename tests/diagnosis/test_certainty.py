@@ -72,7 +72,9 @@ def test_below_the_stated_probability_the_family_is_told():
     assert "a lag (probability 90 %), most like sensor_lag (30 %):" in " ".join(told.split())
     assert "sensor_lag (probability" not in told and "if it is sensor_lag: " in told
     less = diagnosis_text(imitated(dataclasses.replace(unsure("sensor_lag"), probability=0.02)))
-    assert "a lag (probability 90 %), most like sensor_lag, which is hardly all of it (2 %):" in " ".join(less.split())
+    assert "a lag (probability 90 %), most like sensor_lag, which itself has a probability of 2 %:" in " ".join(
+        less.split()
+    )
     sure = dataclasses.replace(
         unsure("sensor_lag"), probability=NAMED, family_probability=NAMED, name_probability=NAMED
     )

@@ -11,6 +11,7 @@ from real_data import measured
 from scipy.signal import lfilter
 
 from jaxmotor import diagnose
+from jaxmotor.diagnosis._extension import _without_gone
 from jaxmotor.diagnosis._free import linear_of, with_effect
 from jaxmotor.diagnosis._json import to_json
 from jaxmotor.diagnosis._score_test import candidates, effect_columns
@@ -25,6 +26,7 @@ from jaxmotor.motor.effects import (
     Stiction,
     SupplyDrift,
     TimingOffset,
+    TransportDelay,
 )
 from jaxmotor.recording import Recording, Segment
 
@@ -221,3 +223,18 @@ def test_beside_others_scores_that_promise_next_to_nothing_do_not_count_where_th
     ranked = candidates(friction, columns)
     promising = search._promising(friction, ranked)
     assert promising == {name for name, its in ranked.items() if its[0].chi2 < 0.98 * friction.chi2} < set(ranked)
+
+
+@pytest.mark.usefixtures("x64")
+def test_an_effect_that_is_next_to_nothing_beside_another_law_goes():
+    """A delay that is shorter than any motor's L/R has no size of a cause."""
+    study = study_of(noisy_log(1, FRICTION_V), POLE)
+    linear = study.solver.fit(linear_of(GAIN, POLE))
+    search = Search(study.solver, linear.motor, linear, rig_of(study.recording, study.trial))
+    late = study.solver.fit(with_effect(linear.motor, TransportDelay.of(delay_s=0.005)))
+    both = study.solver.fit(with_effect(late.motor, CoulombFriction.of(volts_V=FRICTION_V)), late)
+    assert float(both.motor.effects[0].delay_s) < TransportDelay.ordinary
+    rest = _without_gone(search, late, both)
+    assert rest.names == ("coulomb_friction",) and rest.chi2 < 1.02 * both.chi2
+    # Of what the base has not nothing goes: such a motor is none.
+    assert _without_gone(search, linear, both) is both

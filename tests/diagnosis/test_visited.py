@@ -9,23 +9,28 @@ from test_evidence import linear_fit
 from jaxmotor.diagnosis._free import with_effect
 from jaxmotor.diagnosis._relations import Relations
 from jaxmotor.diagnosis._visited import Visited
-from jaxmotor.motor.effects import Rig, vocabulary
+from jaxmotor.motor.effects import LEARNED, Rig, vocabulary
 
 RIG = Rig(5.0, (1.0, 3.0), 50.0, 0.01, 60.0, True)
 
 
-def best_of(weights):
-    """The effects of the best of motors with those of each key, which have these weights."""
+def visited_with(weights):
+    """Motors with the effects of each key, which have these weights."""
     linear, _, _ = linear_fit(np.random.default_rng(1))
     visited = Visited(linear, Relations(vocabulary()), RIG, np.zeros(600, int))
     visited.fitted = {}
+    visited._penalties = {frozenset(names): dict.fromkeys(LEARNED.keys() & {*names}, 0.0) for names in weights}
     for names in weights:
         motor = linear.motor
         for name in names:
             motor = with_effect(motor, vocabulary()[name].start())
         visited.fitted[frozenset(names)] = dataclasses.replace(linear, template=motor)
     visited._weights = {frozenset(names): weight for names, weight in weights.items()}
-    return visited.best().names
+    return visited
+
+
+def best_of(weights):
+    return visited_with(weights).best().names
 
 
 @pytest.mark.usefixtures("x64")
@@ -68,3 +73,27 @@ def test_a_law_that_takes_up_no_more_than_chance_does_is_no_more_likely_for_doin
     one_row_ahead = np.exp(-600 * np.log(0.99))
     assert odds(4.0) == pytest.approx(one_row_ahead)
     assert odds(0.1) > 10 * one_row_ahead
+
+
+@pytest.mark.usefixtures("x64")
+def test_a_curve_that_predicts_no_better_than_a_usual_law_has_its_shape():
+    relations = Relations(vocabulary())
+    law, curve = ("encoder_eccentricity",), ("reading_over_angle",)
+    dearer = np.exp(relations.price("encoder_eccentricity") - relations.price("reading_over_angle"))
+    as_good = 0.5 * dearer
+    assert visited_with({law: 0.5, curve: 0.9 * as_good}).as_law(*law, ()) == pytest.approx(0.9 * as_good)
+    assert visited_with({law: 0.5, curve: 3 * as_good}).as_law(*law, ()) == pytest.approx(as_good)
+    # Beside another effect it is the same; what is counted already is not counted again.
+    beside = ("coulomb_friction",)
+    weights = {law + beside: 0.5, curve + beside: as_good}
+    assert visited_with(weights).as_law(*law, ()) == pytest.approx(as_good)
+    assert visited_with(weights).as_law(*law, beside) == 0.0
+    assert visited_with({law: 0.5, curve + beside: as_good}).as_law(*law, ()) == 0.0
+
+
+@pytest.mark.usefixtures("x64")
+def test_a_rare_law_is_no_likelier_than_another_shape():
+    weights = {("cubic_drag",): 0.5, ("torque_over_speed",): 0.1}
+    assert visited_with(weights).as_law("cubic_drag", ()) == 0.0
+    relations = Relations(vocabulary())
+    assert relations.price("cubic_drag") == relations.price("torque_over_speed")

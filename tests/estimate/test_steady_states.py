@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from jaxmotor import identify, join
+from jaxmotor import JaxmotorError, diagnose, identify, join
+from jaxmotor.fleet._ready import ready
 from jaxmotor.prediction import pack
 from jaxmotor.recording import Recording, Segment, import_steady
 
@@ -54,6 +55,14 @@ def test_a_curve_makes_the_gain_of_a_short_noisy_log_exact(curve):
     assert abs(float(together.motor.gain) / GAIN - 1) < abs(float(alone.motor.gain) / GAIN - 1)
     # A pole near zero would keep any initial speed; from rest it never reaches the states.
     assert abs(float(together.motor.pole) - POLE) < 3 * float(together.standard_error.pole)
+
+
+def test_a_curve_alone_is_refused_at_once(curve):
+    for ask in (identify, diagnose):
+        with pytest.raises(JaxmotorError, match=r"curve.csv: all segments are steady states.* record a step from rest"):
+            ask(curve)
+    with pytest.raises(JaxmotorError, match="steady states"):
+        ready(curve)
 
 
 def test_states_that_are_not_said_to_be_steady_may_begin_at_any_speed(curve):
