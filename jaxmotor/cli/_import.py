@@ -168,8 +168,10 @@ def _summary(recording, output: Path) -> str:
     segments = recording.segments
     rows = sum(map(len, segments))
     number = f"{len(segments)} segment{'s' if len(segments) > 1 else ''}"
-    missing = recording.header.get("imported", {}).get("missing_rows", 0)
-    without = f"; {missing} rows without input or shaft are gaps" if missing else ""
+    imported = recording.header.get("imported", {})
+    above, missing = imported.get("lines_above", 0), imported.get("missing_rows", 0)
+    without = f"; {above} line{'s' if above > 1 else ''} above the column names left out" if above else ""
+    without += f"; {missing} rows without input or shaft are gaps" if missing else ""
     every_s = recording.header.get("readings_every_s")
     if every_s is not None:
         without += f"; the log repeated each reading for about {1e3 * every_s:.3g} ms, only new ones are kept"

@@ -127,7 +127,7 @@ def import_log(
         )
     missing = len(table) - len(log.stamps[0])
     imported = _how(Path(table.source), input_acts, stated, period_s, gap_s)
-    imported |= {"missing_rows": missing} if missing else {}
+    imported |= table.left_out | ({"missing_rows": missing} if missing else {})
     recording = assemble(
         log,
         bounds,
@@ -182,8 +182,9 @@ def opened(
 
     **Raises:** `RecordingError`.
     """
+    names = [one for key, one in stated.items() if one is not None and key not in ("wrap", "columns")]
     if not is_matlab(path):
-        return read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma)
+        return read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma, stated=names)
     if columns is not None or decimal_comma:
         raise RecordingError(f"{path}: the variables have names and numbers; leave --columns and --decimal-comma out")
     return read_matlab(path, drop=drop_first, stated=[one for one in stated.values() if one is not None])

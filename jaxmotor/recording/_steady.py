@@ -88,7 +88,7 @@ def import_steady(
         supply_V=supply_V,
         speed_window_s=window,
         drive=drive,
-        header={"imported": {"log": path.name, "input": input, "speed": speed}}
+        header={"imported": {"log": path.name, "input": input, "speed": speed} | table.left_out}
         | ({"supply_unknown": True} if supply_unknown else {}),
     )
 

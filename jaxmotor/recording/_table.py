@@ -2,9 +2,10 @@
 
 import csv
 import dataclasses
+import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from decimal import Decimal
 from pathlib import Path
 from typing import Literal
@@ -21,6 +22,8 @@ COMMENTS = ("#", "%", "=~=~")
 """The last is PuTTY's."""
 MISSING = ("", "nan", "-nan", "na")
 """Cells that say that nothing was measured, in small letters."""
+MOST_ABOVE = 200
+"""Lines that a board may print above the column names."""
 LARGEST = 1e17
 """Greater numbers are damage."""
 NOTHING = "a line of column names and then rows are needed; the log has none"
@@ -42,9 +45,16 @@ class Table:
     cells: dict[str, list[str]]
     place: Literal["line", "row"] = "line"
     """What `lines` count."""
+    lines_above: int = 0
+    """Lines of something else above the column names."""
 
     def __len__(self) -> int:
         return len(self.lines)
+
+    @property
+    def left_out(self) -> dict[str, int]:
+        """For a header: what of the file was not read as rows."""
+        return {"lines_above": self.lines_above} if self.lines_above else {}
 
     def fault(self, row: int, sentence: str) -> RecordingError:
         """The error about `row`, counted from 0."""
@@ -167,10 +177,18 @@ class Table:
         return RecordingError(f"{self.source}: column {name!r} is not numbers; export it again")
 
 
-def read_table(path: Path, *, columns: str | None = None, drop: int = 0, decimal_comma: bool = False) -> Table:
+def read_table(
+    path: Path,
+    *,
+    columns: str | None = None,
+    drop: int = 0,
+    decimal_comma: bool = False,
+    stated: Collection[str] = (),
+) -> Table:
     """The log at `path`: comment lines, a line of column names, rows.
 
-    The names may stand in the last comment line above the rows, or before each number (`pwm:200,rpm:35`). Where there
+    What a board prints as it starts may stand above the line that names all `stated` columns (`COL` or `COL:UNIT`). The
+    names may stand in the last comment line above the rows, or before each number (`pwm:200,rpm:35`). Where there
     are none, `columns` gives them, separated by commas. The first `drop` rows are left out unread. With `decimal_comma`
     numbers are like 3,14. Times of day that a serial monitor put before its lines are left out.
 
@@ -193,6 +211,8 @@ def read_table(path: Path, *, columns: str | None = None, drop: int = 0, decimal
         '"' in lines[-1] and not any(mark in lines[-1] for mark in DELIMITERS.keys() - ",")
     )
     marks = [mark for mark in DELIMITERS if mark != "," or by_comma]
+    above = 0 if columns is not None else _lines_above_names(lines[top : top + MOST_ABOVE], marks, stated)
+    top += above
     find = _above_names if columns is None else _stated_names
     names, first, delimiter = find(lines, top, marks, columns or "", source)
     check_names(names, source, first, "put names above them, or state --columns")
@@ -202,12 +222,30 @@ def read_table(path: Path, *, columns: str | None = None, drop: int = 0, decimal
     rows = _split(lines[first:], delimiter, source, first + 1)
     _check_widths(rows, lines[first:], len(names), source, first + 1)
     cells = {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True) if name}
-    table = Table(source, range(first + 1, len(lines) + 1), cells)
+    table = Table(source, range(first + 1, len(lines) + 1), cells, lines_above=above)
     return _with_points(table) if decimal_comma else table
 
 
 def _is_content(line: str) -> bool:
     return bool(line.strip()) and not line.startswith(COMMENTS) and not line.lower().startswith("sep=")
+
+
+def _lines_above_names(lines: list[str], marks: list[str], stated: Collection[str]) -> int:
+    """How many of `lines` stand above the one that names all `stated` columns, with a row below it; 0 if none does."""
+
+    def names_all(line: str) -> bool:
+        rows = [[cell.strip().strip('"') for cell in line.split(mark)] for mark in marks]
+        return any(all(_column_of(one, cells) for one in stated) for cells in rows)
+
+    found = (
+        row for row, (line, following) in enumerate(itertools.pairwise(lines)) if _is_row(following) and names_all(line)
+    )
+    return next(found, 0) if stated else 0
+
+
+def _column_of(stated: str, cells: list[str]) -> bool:
+    """One of `cells` is the column that is `stated`, alone or with its unit."""
+    return any(stated == cell or stated.startswith(f"{cell}:") for cell in cells if cell)
 
 
 def _above_names(lines: list[str], top: int, marks: list[str], columns: str, source: str) -> tuple[list[str], int, str]:

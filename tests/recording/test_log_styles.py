@@ -202,6 +202,24 @@ def test_pulses_that_were_lost_are_not_made_up(imported):
     assert recording.count_resets and lost_ticks(recording.segments[0]) == 1
 
 
+@pytest.mark.parametrize(
+    "above", ["ready\n", "ets Jun  8 2016 00:22:57\n\nrst:0x1 (POWERON_RESET),boot:0x13\nready\n", "1,2\n"]
+)
+def test_what_a_board_prints_as_it_starts_stands_above_the_names(imported, above):
+    recording = imported(above + "t,duty,count\n" + rows("{t:.2f},{d},{n}\n"), **STATED)
+    check(recording, range(8), range(8))
+    assert recording.header["imported"]["lines_above"] == above.count("\n")
+
+
+def test_names_are_sought_only_where_a_row_follows_and_all_are_there(imported):
+    log = "t,duty,count\n" + rows("{t:.2f},{d},{n}\n")
+    assert "lines_above" not in imported(log, **STATED).header["imported"]
+    with pytest.raises(RecordingError, match="line 1: "):
+        imported("ready\n" + log.replace("count", "counts"), **STATED)
+    with pytest.raises(RecordingError, match="line 1: "):
+        imported("ready\n" + log.replace("count\n", "count\n\n"), **STATED)
+
+
 @pytest.mark.parametrize("cell", ["", "nan", "NaN", "NA", " "])
 @pytest.mark.parametrize("column", ["duty", "count"])
 def test_missing_cells_are_skipped_ticks(imported, cell, column):
