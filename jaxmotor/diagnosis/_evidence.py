@@ -53,6 +53,13 @@ class Evidence(NamedTuple):
         return self.squares.mean(axis=1)
 
 
+class Limits(NamedTuple):
+    """(model,) least and most logarithm of the odds of each model against one of them."""
+
+    least: np.ndarray | float = -np.inf
+    most: np.ndarray | float = np.inf
+
+
 def blocks_of(rows: int) -> np.ndarray:
     """(rows,) number of the block of each row."""
     number = int(np.clip(rows // FEWEST_ROWS, 2, BLOCKS))
@@ -119,26 +126,50 @@ def weights(
     found: Sequence[Evidence],
     prices: Sequence[float],
     bounds: np.ndarray | float = 0.0,
-    least: Callable[[int], np.ndarray] = lambda best: np.array(-np.inf),
+    limits: Callable[[int], Limits] = lambda other: Limits(),
 ) -> np.ndarray:
     """Probability of each model among those given, each with its price in logarithms of probability.
 
-    (1 + t²/(B - 1))^(-B/2) exp(-price), t the difference of its score to the best one's over that difference's standard
-    error and `NOTHING` together, B the number of blocks (Student's distribution: few blocks say little). Before its
-    price, the logarithm of each is at most its `bounds` (model,), as from `beyond_noise` or `beyond_others`, and at
-    least what `least` (model,) says of the best one's number.
+    They are compared with the most probable one, found from that of the best score on: a model that hardly anything
+    speaks for does not decide between two others. By what they leave in blocks the odds of a model against it are
+
+        (1 + t²/(B - 1))^(∓B/2),
+
+    t the difference of their scores over that difference's standard error and `NOTHING` together, B the number of
+    blocks (Student's distribution: few blocks say little). Their logarithm has between two models the difference of
+    their `bounds` (model,), as from `beyond_noise` or `beyond_others`, if that is further from 0, and is within the
+    `limits` that are given for the number of the other one. From it the difference of their prices is taken.
     """
     left = np.min([one.mean for one in found], axis=0)
     scores = np.stack([np.log(one.squares + SHARE * left[:, None]).mean(axis=0) for one in found])
-    best = int(np.argmin(scores.mean(axis=1)))
-    apart = scores - scores[best]
-    spread = apart.std(axis=1, ddof=1) / math.sqrt(apart.shape[1])
-    t = apart.mean(axis=1) / np.hypot(spread, NOTHING)
-    blocks = apart.shape[1]
-    by_blocks = -0.5 * blocks * np.log1p(np.square(t) / (blocks - 1))
-    log = np.maximum(np.minimum(by_blocks, bounds), least(best)) - np.asarray(prices)
+    price, bound = np.asarray(prices), np.broadcast_to(bounds, (len(found),))
+
+    def against(other: int) -> np.ndarray:
+        least, most = limits(other)
+        odds = _at_least_as_far(_by_blocks(scores, other), bound - bound[other])
+        return np.clip(odds, least, most) - price
+
+    most_probable, seen = int(np.argmin(scores.mean(axis=1))), set[int]()
+    while most_probable not in seen:
+        seen.add(most_probable)
+        most_probable = int(np.argmax(against(most_probable)))
+    log = against(most_probable)
     weight = np.exp(log - log.max())
     return weight / weight.sum()
+
+
+def _by_blocks(scores: np.ndarray, other: int) -> np.ndarray:
+    """(model,) logarithm of the odds of each against one of them by `scores` (model, block)."""
+    apart = scores - scores[other]
+    blocks = apart.shape[1]
+    spread = apart.std(axis=1, ddof=1) / math.sqrt(blocks)
+    t = apart.mean(axis=1) / np.hypot(spread, NOTHING)
+    return -0.5 * blocks * np.sign(t) * np.log1p(np.square(t) / (blocks - 1))
+
+
+def _at_least_as_far(odds: np.ndarray, bound: np.ndarray) -> np.ndarray:
+    """(model,) `odds` as far from 0 as `bound`, to its side, where it is not 0."""
+    return np.where(bound < 0, np.minimum(odds, bound), np.where(bound > 0, np.maximum(odds, bound), odds))
 
 
 def beyond_noise(found: Sequence[Evidence], explained: Sequence[bool], noise: float = NEARLY) -> np.ndarray:

@@ -46,6 +46,11 @@ class Relations:
         learned = (other for other in self.known if issubclass(self.known[other], AbstractLearnedEffect))
         return {other for other in learned if name in self.simpler(other)}
 
+    def over_same(self, curve: str) -> set[str]:
+        """Known laws over the coordinate of a learned `curve`, which its shape may be made of."""
+        over = self.known[curve].over
+        return {*self.simpler(curve), *(name for name in self.known if over and self.known[name].over == over)}
+
     def is_rare(self, name: str) -> bool:
         """An effect is sought only where the usual ones leave something."""
         return self.known[name].sought_last

@@ -6,7 +6,16 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from jaxmotor.diagnosis._evidence import Evidence, beyond_noise, beyond_others, evidence, groups_of, means, weights
+from jaxmotor.diagnosis._evidence import (
+    Evidence,
+    Limits,
+    beyond_noise,
+    beyond_others,
+    evidence,
+    groups_of,
+    means,
+    weights,
+)
 from jaxmotor.diagnosis._found import COARSE, EXPLAINED, NONE
 from jaxmotor.diagnosis._free import is_possible
 from jaxmotor.diagnosis._relations import Relations, price_of
@@ -66,8 +75,8 @@ class Visited:
         if self._weights is None:
             names = list(self.fitted)
             prices = [self._price(one) for one in names]
-            judged, least = [self._evidence[one] for one in names], functools.partial(self._least, names)
-            found = weights(judged, prices, self._bounds(names), least)
+            judged, limits = [self._evidence[one] for one in names], functools.partial(self._limits, names)
+            found = weights(judged, prices, self._bounds(names), limits)
             self._weights = dict(zip(names, found.tolist(), strict=True))
         return self._weights
 
@@ -79,36 +88,46 @@ class Visited:
             return beyond_noise(found, [one < self.noise_chi2 for one in chi2], self.noise_chi2)
         return beyond_others(found, chi2) if self.fitted[self.own].chi2 <= EXPLAINED else np.zeros(len(names))
 
-    def _least(self, names: Sequence[Names], best: int) -> np.ndarray:
-        """(model,) by the likelihood: of models with some of the effects of `best`, the lesser of
+    def _limits(self, names: Sequence[Names], other: int) -> Limits:
+        """By the likelihood: against a model with some effects more, the odds are at least the lesser of
 
             -n (chi2 - chi2*)/(2v)    and    -n log(S/S*)/2,
 
-        v the variance of the best one's residuals in blocks and S the mean square one row ahead, where they are white.
-        Effects that take up no more than chance does may still predict each block better by much the same.
+        chi2* and S* those of the model with more effects, v the variance of its residuals in blocks and S the mean
+        square one row ahead, where they are white. Effects that take up no more than chance does may still predict each
+        block better by much the same.
         """
-        most, judged = self.fitted[names[best]], self._evidence[names[best]]
-        more = np.array([self.fitted[one].chi2 - most.chi2 for one in names])
-        ahead = np.array([self._evidence[one].mean[1] for one in names]) / judged.mean[1]
-        gain = np.maximum(len(most.residual) * more / most.variance, judged.rows * np.log(ahead))
-        nested = np.array([one <= names[best] for one in names])
-        return np.where(nested, -0.5 * np.maximum(gain, 0.0), -np.inf)
+        mine = names[other]
+        least = [self._least(one, mine) if one < mine else -np.inf for one in names]
+        most = [-self._least(mine, one) if mine < one else np.inf for one in names]
+        return Limits(np.array(least), np.array(most))
+
+    def _least(self, names: Names, more: Names) -> float:
+        """Of a model against the one with `more` effects."""
+        fit, judged = self.fitted[more], self._evidence[more]
+        chi2 = len(fit.residual) * (self.fitted[names].chi2 - fit.chi2) / fit.variance
+        ahead = judged.rows * math.log(self._evidence[names].mean[1] / judged.mean[1])
+        return -0.5 * max(chi2, ahead, 0.0)
 
     def _price(self, names: Names) -> float:
         """Of a model, in logarithms of probability."""
         return sum(map(self.relations.price, names - self.own), self._curve_price(names))
 
     def _curve_price(self, names: Names) -> float:
-        """What the curves of a model cost more than they do in others, in logarithms of probability: by their prior,
-        where a known law beside it leaves less to a curve, that is the likelier."""
+        """What the curves of a model cost more than they would beside laws over the same coordinate, in logarithms of
+        probability: by their prior, where such a law leaves less to a curve, that is the likelier. Of other laws blocks
+        alone tell."""
         each = {name: self._penalties[names].get(name, 0.0) for name in names & LEARNED.keys()}
-        return sum((max(own - self._least_penalty(name), 0.0) for name, own in each.items()), 0.0)
+        return sum((max(own - self._least_penalty(name, names), 0.0) for name, own in each.items()), 0.0)
 
-    def _least_penalty(self, curve: str) -> float:
-        """Of a `curve`, in models that explain about as much as the best one with it."""
-        having = [names for names in self.fitted if curve in names]
-        far = FAR * min(self.fitted[names].chi2 for names in having)
-        return min(self._penalties[names][curve] for names in having if self.fitted[names].chi2 <= far)
+    def _least_penalty(self, curve: str, names: Names) -> float:
+        """Of a `curve`, in models with no other effects than `names` and laws over its coordinate, where they explain
+        about as much as the best one with it."""
+        having = [one for one in self.fitted if curve in one]
+        far = FAR * min(self.fitted[one].chi2 for one in having)
+        possible = names | self.relations.over_same(curve)
+        near = [one for one in having if self.fitted[one].chi2 <= far and one <= possible]
+        return min((self._penalties[one][curve] for one in near), default=math.inf)
 
     def promised(self, start: Candidate) -> float:
         """Weight of the base of `start` with its effect, to first order, over that of the base alone."""

@@ -132,6 +132,19 @@ def test_the_simpler_of_two_equal_models_is_more_likely_and_a_better_one_wins():
     assert weights([Evidence(squares), Evidence(once)], [0.0, 1.5])[0] > 0.6
 
 
+def test_a_model_that_hardly_anything_speaks_for_does_not_decide_between_two_others():
+    """A third one predicts best, and costs most: one of the others is a little worse in each block, the other one much
+    worse in some and better in the rest. Nearly all that tells them apart is their difference."""
+    rng = np.random.default_rng(11)
+    squares = 1 + 0.001 * rng.standard_normal((3, 30))
+    even, uneven = squares * np.exp(0.03), squares * np.exp(np.where(np.arange(30) < 4, 0.9, -0.03))
+    two = [Evidence(even), Evidence(uneven)]
+    alone = weights(two, [4.0, 1.0])
+    both = weights([*two, Evidence(squares)], [4.0, 1.0, 12.0])
+    assert both[2] < 0.02
+    assert both[1] / both[0] == pytest.approx(alone[1] / alone[0], rel=0.05)
+
+
 def test_a_block_beyond_the_known_noise_decides_where_the_other_model_leaves_nothing_else():
     """Of thirty blocks one shows a law, which takes a tenth of the residual away."""
     rng = np.random.default_rng(9)

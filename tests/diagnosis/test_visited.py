@@ -97,3 +97,20 @@ def test_a_rare_law_is_no_likelier_than_another_shape():
     assert visited_with(weights).as_law("cubic_drag", ()) == 0.0
     relations = Relations(vocabulary())
     assert relations.price("cubic_drag") == relations.price("torque_over_speed")
+
+
+@pytest.mark.usefixtures("x64")
+def test_only_laws_over_its_coordinate_make_a_curve_dearer():
+    """Friction leaves less to a curve over the speed, and so does a dead zone, of which such a curve cannot be made."""
+    curve = "torque_over_speed"
+    alone, friction, dead_zone = (frozenset({curve, *more}) for more in ((), ("coulomb_friction",), ("dead_zone",)))
+
+    def dearer(**penalties: float) -> float:
+        models = {"alone": alone, "friction": friction, "dead_zone": dead_zone}
+        visited = visited_with({tuple(models[name]): 0.1 for name in penalties})
+        visited._penalties = {models[name]: {curve: penalty} for name, penalty in penalties.items()}
+        return visited._curve_price(alone)
+
+    assert dearer(alone=9.0) == 0.0
+    assert dearer(alone=9.0, dead_zone=2.0) == 0.0
+    assert dearer(alone=9.0, dead_zone=2.0, friction=4.0) == 5.0
