@@ -18,7 +18,7 @@ from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import timed
 from jaxmotor.diagnosis._trial import rig_of
-from jaxmotor.diagnosis._visited import FAR
+from jaxmotor.diagnosis._visited import EQUAL, FAR
 from jaxmotor.diagnosis._window import (
     LAG,
     average_of,
@@ -207,17 +207,23 @@ def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
 
 
 def _carried_over(known: _Searched) -> _Searched:
-    """`known`, or with the best motor of known laws in the place of a learned curve that predicts rows which it was not
-    fitted to far worse than that one: where segments have levels of their own a curve may pass through each."""
-    visited, curves = known.search.visited, LEARNED.keys() & set(known.found.fitted.names)
-    plain = visited.without(LEARNED)[0] if curves else known.search.linear
-    if plain is known.search.linear:
+    """`known`, without the curves of the likeliest motor that has some if it is about as likely as the likeliest one
+    without, or likelier, and predicts rows which it was not fitted to far worse: where segments have levels of their
+    own a curve may pass through each, and blocks of rows that are left out do not tell."""
+    visited, linear = known.search.visited, known.search.linear
+    weight, (law, *_) = visited.weights(), visited.without(LEARNED)
+    curved = max((names for names in weight if names & LEARNED.keys()), key=weight.__getitem__, default=None)
+    if law is linear or curved is None or weight[curved] < EQUAL * weight[frozenset(law.names)]:
         return known
     held = hold_out(known.study, known.found)
-    if not held.own or held.after.drift < FAR * held.drift(plain.motor, plain):
+    drifts = [
+        held.after.drift if one.names == known.found.fitted.names else held.drift(one.motor, one)
+        for one in (law, visited.fitted[curved])
+    ]
+    if not held.own or drifts[1] < FAR * drifts[0]:
         return known
-    visited.forget(LEARNED)
-    return known._replace(found=known.search.as_found(plain))
+    visited.forget(LEARNED.keys() & curved)
+    return _carried_over(known._replace(found=known.search.as_found(law)))
 
 
 def _in_own_noise(known: _Searched) -> _Searched:

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from jaxmotor import diagnose
+from jaxmotor import diagnose, identify
+from jaxmotor.diagnosis._explain import _carried_over, _searched
+from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._weighed import _more_than_ordinary
 from jaxmotor.motor.effects import CoulombFriction, SensorLag
 from jaxmotor.recording import Recording, Segment
@@ -14,11 +16,23 @@ DEAD_V, MOST_V, SUPPLY_V = 0.8, 5.5, 9.0
 HEIGHTS_V = (6.6, 3.1, 6.2, 2.0, 6.4, 4.7, 6.1, 3.6, 6.3)
 
 
-def switched(height_V: float, start_s: float, rng: np.random.Generator) -> Segment:
+APART_V = (3.1, 2.0, 8.7, 3.6, 2.6, 8.2, 4.0, 2.9, 8.9)
+"""Those of held-out segments, each third one, are far from the others."""
+
+
+def switched(
+    height_V: float,
+    start_s: float,
+    rng: np.random.Generator,
+    dead_V: float = DEAD_V,
+    most_V: float = MOST_V,
+    friction_V: float = 0.0,
+) -> Segment:
     """Speeds at the rows, of an exact hold, under a voltage that changes its sign at random; 0.4 % noise."""
     held = np.repeat(rng.choice([-1.0, 1.0], ROWS // 6), 6)
     volts = np.concatenate([[0.0] * 6, height_V * held])[:ROWS]
-    drive = np.clip(np.sign(volts) * np.maximum(np.abs(volts) - DEAD_V, 0.0), -MOST_V, MOST_V)
+    drive = np.clip(np.sign(volts) * np.maximum(np.abs(volts) - dead_V, 0.0), -most_V, most_V)
+    drive -= friction_V * np.sign(volts)
     keep = np.exp(-POLE * PERIOD_S)
     speed = np.asarray(lfilter([0.0, GAIN * (1 - keep)], [1.0, -keep], drive))
     read = speed + 0.02 * rng.standard_normal(ROWS)
@@ -36,6 +50,24 @@ def test_known_laws_that_carry_over_stand_before_a_curve_that_does_not():
     sizes = {one.name: one.parameters["volts_V"] for one in found.effects}
     assert sizes["dead_zone"] == pytest.approx(DEAD_V, rel=0.02)
     assert sizes["voltage_saturation"] == pytest.approx(MOST_V, rel=0.01)
+
+
+@pytest.mark.usefixtures("x64")
+@pytest.mark.parametrize("seed", [1, 3, 4])
+def test_a_curve_that_does_not_carry_over_does_not_speak_against_a_law(seed):
+    """Friction is a little different in each segment, and so at each level."""
+    rng = np.random.default_rng(seed)
+    frictions_V = 0.004 * rng.standard_normal(len(APART_V))
+    segments = tuple(
+        switched(height, 4.0 * k, rng, 0.3, SUPPLY_V, friction)
+        for k, (height, friction) in enumerate(zip(APART_V, frictions_V.tolist(), strict=True))
+    )
+    log = Recording(segments, "levels", PERIOD_S, speed_window_s=0.0, supply_V=SUPPLY_V, duty_delay_s=0.0)
+    found = _searched(log, identify(log), Request(("dead_zone", "voltage_over_command")), 0)
+    assert 0.4 < found.search.visited.probability("dead_zone") < 0.9
+    carried = _carried_over(found)
+    assert carried.found.fitted.names == ("dead_zone",)
+    assert carried.search.visited.probability("dead_zone") > 0.99
 
 
 def test_a_lag_that_may_be_the_windings_is_hardly_a_cause():
