@@ -211,8 +211,10 @@ def read_table(
         '"' in lines[-1] and not any(mark in lines[-1] for mark in DELIMITERS.keys() - ",")
     )
     marks = [mark for mark in DELIMITERS if mark != "," or by_comma]
-    above = 0 if columns is not None else _lines_above_names(lines[top : top + MOST_ABOVE], marks, stated)
-    top += above
+    above = 0
+    if columns is None and not _names_all(lines[top - 1] if top else "", marks, stated):
+        above, rows_begin = _lines_above_names(lines[top : top + MOST_ABOVE], marks, stated)
+        top += rows_begin
     find = _above_names if columns is None else _stated_names
     names, first, delimiter = find(lines, top, marks, columns or "", source)
     check_names(names, source, first, "put names above them, or state --columns")
@@ -230,17 +232,19 @@ def _is_content(line: str) -> bool:
     return bool(line.strip()) and not line.startswith(COMMENTS) and not line.lower().startswith("sep=")
 
 
-def _lines_above_names(lines: list[str], marks: list[str], stated: Collection[str]) -> int:
-    """How many of `lines` stand above the one that names all `stated` columns, with a row below it; 0 if none does."""
+def _lines_above_names(lines: list[str], marks: list[str], stated: Collection[str]) -> tuple[int, int]:
+    """How many of `lines` stand above the one that names all `stated` columns, with a row below it, and above its
+    names or, where these are a comment, its rows; 0 if none does."""
+    for above, (line, following) in enumerate(itertools.pairwise(lines)):
+        if _is_row(following) and _names_all(line, marks, stated):
+            return above, above + line.startswith(COMMENTS)
+    return 0, 0
 
-    def names_all(line: str) -> bool:
-        rows = [[cell.strip().strip('"') for cell in line.split(mark)] for mark in marks]
-        return any(all(_column_of(one, cells) for one in stated) for cells in rows)
 
-    found = (
-        row for row, (line, following) in enumerate(itertools.pairwise(lines)) if _is_row(following) and names_all(line)
-    )
-    return next(found, 0) if stated else 0
+def _names_all(line: str, marks: list[str], stated: Collection[str]) -> bool:
+    """`line`, or the comment that it is, names all `stated` columns, and there are some."""
+    rows = [[cell.strip().strip('"') for cell in line.lstrip("".join(COMMENTS)).split(mark)] for mark in marks]
+    return bool(stated) and any(all(_column_of(one, cells) for one in stated) for cells in rows)
 
 
 def _column_of(stated: str, cells: list[str]) -> bool:
@@ -345,7 +349,11 @@ def _check_widths(rows: list[list[str]], lines: list[str], width: int, source: s
         if len(row) != width:
             fields = f"{len(row)} fields" if len(row) != 1 else "1 field"
             what = "a comment or blank line" if not line.strip() or line.startswith(COMMENTS) else fields
-            hint = "if commas are decimal marks, export with another separator" if len(row) > width else "correct it"
+            hint = "correct or delete it"
+            if len(row) > width:
+                hint = "if commas are decimal marks, export with another separator"
+            elif number == first:
+                hint = "correct it, or leave it out with --drop-first"
             raise fault(source, number, f"{what} where the columns are {width}; {hint}")
 
 

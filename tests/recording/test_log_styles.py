@@ -209,6 +209,15 @@ def test_what_a_board_prints_as_it_starts_stands_above_the_names(imported, above
     recording = imported(above + "t,duty,count\n" + rows("{t:.2f},{d},{n}\n"), **STATED)
     check(recording, range(8), range(8))
     assert recording.header["imported"]["lines_above"] == above.count("\n")
+    commented = imported(above + "# t,duty,count\n" + rows("{t:.2f},{d},{n}\n"), **STATED)
+    check(commented, range(8), range(8))
+    assert commented.header["imported"]["lines_above"] == above.count("\n")
+
+
+def test_names_that_come_again_leave_no_rows_out(refused):
+    """A board that starts anew: which rows count is the user's to say."""
+    log = "# t,duty,count\n" + rows("{t:.2f},{d},{n}\n")
+    assert "line 10: t is '# t', not a finite number; correct or delete the row" in refused(log + log, **STATED)
 
 
 def test_names_are_sought_only_where_a_row_follows_and_all_are_there(imported):
@@ -288,6 +297,7 @@ BARE = rows("{t:.2f},{d},{n}\n")
         (PLAIN, {"columns": "t,duty,count"}, "leave columns out"),
         (BARE, {"columns": "t,duty,n"}, "no column 'count'"),
         ("0,70\n" + BARE, {"columns": "t,duty,count"}, "line 1: 2 fields"),
+        ("t,duty,count\n0,7\n" + BARE, {}, "line 2: 2 fields where the columns are 3; correct it, or leave it out"),
         (BARE, {"columns": "t,duty,count", "drop_first": 8}, "no rows"),
         (PLAIN, {"drop_first": 8}, "rows are needed"),
         (PLAIN, {"drop_first": -1}, "drop_first is -1"),
