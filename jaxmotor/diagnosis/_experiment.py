@@ -157,6 +157,10 @@ def _turned(motor: Motor, volts: np.ndarray, period: float) -> np.ndarray:
     """About where the shaft is [rad]."""
     gain, keep = float(motor.linear.gain), np.exp(-float(motor.linear.pole) * period)
     speed = np.zeros(volts.shape)
-    for k in range(1, volts.shape[1]):
-        speed[:, k] = keep * speed[:, k - 1] + gain * (1 - keep) * volts[:, k - 1]
+    speed[:, 1:] = gain * (1 - keep) * volts[:, :-1]
+    # Of w[k] = keep w[k-1] + v[k] each pass adds what twice as many rows before have left.
+    rows = 1
+    while rows < speed.shape[1]:
+        speed[:, rows:] += keep**rows * speed[:, :-rows]
+        rows *= 2
     return np.cumsum(speed, axis=1) * period

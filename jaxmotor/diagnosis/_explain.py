@@ -114,8 +114,20 @@ def _searched(
         fit = dataclasses.replace(fit, average=better)
         if moved and rounds < ROUNDS:
             return _searched(recording, fit, request, seed, rounds + 1, now)
-    angled = with_angles(study, now.found.fitted)
-    return now._replace(fit=fit) if angled is None else _searched(angled, fit, request, seed)
+    return _angled(now._replace(fit=fit), seed)
+
+
+def _angled(now: _Searched, seed: int) -> _Searched:
+    """`now`, where it tells at which angles segments begin with laws that are locked to the angle, too: all that was
+    fitted stays."""
+    study = with_angles(now.study, now.found.fitted)
+    if study is None:
+        return now
+    linear = now.search.linear
+    search = Search(study.solver, now.search.first, linear, rig_of(study.recording, study.trial))
+    search.goes_on(now.search)
+    angled = now._replace(study=study, search=search, before=_residual(study, linear, seed))
+    return angled._replace(found=_extended(angled, seed))
 
 
 def _is_late(found: Found) -> bool:

@@ -164,6 +164,14 @@ class Search:
         self.visited.keep(side_by_side(fit, before.worth_keeping()))
         return self.as_found(self.visited.best())
 
+    def goes_on(self, before: "Search") -> None:
+        """Begin with all that `before` fitted to the same rows, of which its laws ask for nothing more."""
+        self.visited.keep(list(before.visited.fitted.values()))
+        self.tried |= before.tried
+        self.shared |= before.shared
+        self.shortened, self.challenged = [*before.shortened], [*before.challenged]
+        self.smooth, self.level = {**before.smooth}, {**before.level}
+
     def worth_keeping(self) -> list[Fitted]:
         """The likely models; beside the best one those with another effect in a place, or with a curve more."""
         weight, known = self.visited.weights(), self.visited.fitted
@@ -432,7 +440,7 @@ class Search:
 
     def _wave_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         """Of laws that repeat with the angle, at numbers of cycles at which the residual does."""
-        numbers = () if self._is_quiet(base) else self.repeats.of(base)
+        numbers = () if self._is_quiet(base) or not self.rig.swing_rad else self.repeats.of(base)
         asked = [effect for effect in self.solver.request.asked() if CYCLES in parameters(effect)]
         return columns_at(self.solver, base, self.rig, asked, CYCLES, numbers) if numbers else ()
 

@@ -6,7 +6,6 @@ in each segment give a and b, and so the angle between segments, but for an n-th
 which halves of segments predict most of each other; it must take up a tenth of what is left, as other effects must.
 """
 
-import dataclasses
 import math
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -17,10 +16,9 @@ from jaxmotor.diagnosis._score_test import EffectColumns, effect_columns, withou
 from jaxmotor.diagnosis._search import LEAST
 from jaxmotor.diagnosis._solve import Fitted, square_of
 from jaxmotor.diagnosis._study import Study, study_of
-from jaxmotor.diagnosis._trial import rig_of
+from jaxmotor.diagnosis._trial import begun, rig_of
 from jaxmotor.motor.effects import BUILT_IN, LEARNED, AbstractEffect, parameters
 from jaxmotor.prediction import shaft_angles
-from jaxmotor.recording import Recording
 
 PREDICTED = 0.25
 """Part of what a law takes up in halves of segments that the other halves must predict: of noise it is less than 0, and
@@ -30,20 +28,17 @@ CHANCE = 1e-6
 is."""
 
 
-def with_angles(study: Study, found: Fitted) -> Recording | None:
-    """The recording of `study` with the angle at which each segment begins; None where the log holds the
-    angle, or where what `found` leaves does not tell."""
-    recording = study.recording
-    begun = _begun(recording, np.zeros(len(recording.segments)))
-    if shaft_angles(recording) is not None or shaft_angles(begun) is None:
+def with_angles(study: Study, found: Fitted) -> Study | None:
+    """`study` of its recording with the angle at which each segment begins; None where the log holds the angle, or
+    where what `found` leaves does not tell."""
+    recording, request, noise = study.recording, study.solver.request, study.packed.observation.noise
+    if shaft_angles(recording) is not None or study.trial.angle is None:
         return None
-    laws = _asked_waves(study.solver.request.asked())
-    noise = study.packed.observation.noise
-    there = study_of(begun, study.pole_rad_s, study.timed, study.solver.request, noise)
-    waves = _waves(found, effect_columns(there.solver, found, rig_of(begun, there.trial), laws))
+    laws = _asked_waves(request.asked())
+    waves = _waves(found, effect_columns(study.solver, found, rig_of(begun(recording), study.trial), laws))
     if not waves:
         return None
-    segment, half = _halves(there)
+    segment, half = _halves(study)
     left = without_own(found, found.residual)
     best, sums = max(((one, _sums_of(one, left, segment, half)) for one in waves), key=lambda its: its[1].predicted)
     if not (sums.gain > LEAST * square_of(left) and sums.predicted > PREDICTED * sums.gain):
@@ -57,14 +52,7 @@ def with_angles(study: Study, found: Fitted) -> Recording | None:
     used = np.unique(segment)
     angles = np.zeros(len(recording.segments))
     angles[used] = np.mod(sums.phases[used] - sums.phases[used[0]], 2 * np.pi) / best.cycles
-    return _begun(recording, angles)
-
-
-def _begun(recording: Recording, angles: np.ndarray) -> Recording:
-    """`recording`, whose segments begin at `angles` [rad]."""
-    runs = zip(recording.segments, angles.tolist(), strict=True)
-    segments = tuple(dataclasses.replace(segment, begins_rad=angle) for segment, angle in runs)
-    return dataclasses.replace(recording, segments=segments)
+    return study_of(begun(recording, angles), study.pole_rad_s, study.timed, request, noise)
 
 
 def _asked_waves(asked: Iterable[type[AbstractEffect]]) -> list[type[AbstractEffect]]:

@@ -7,7 +7,7 @@ from jaxtyping import Array, Float
 
 from jaxmotor._precision import to_jax
 from jaxmotor.motor.effects import Rig
-from jaxmotor.prediction import Log, Packed, log_of
+from jaxmotor.prediction import Log, Packed, log_of, shaft_angles
 from jaxmotor.recording import Recording, logs_supply
 
 MEMORY = 0.95
@@ -33,10 +33,22 @@ class Trial(Log):
 
 
 def trial_of(recording: Recording, packed: Packed, pole_rad_s: float) -> Trial:
-    """`packed` segments of `recording`, to be simulated with motors of about this pole."""
-    log = log_of(recording, packed, pole_rad_s)
+    """`packed` segments of `recording`, to be simulated with motors of about this pole.
+
+    Where the log does not hold at which angles its segments begin, each begins at 0: one program serves it with these
+    angles, too, once they are found (`_segment_angles`).
+    """
+    log = log_of(begun(recording) if shaft_angles(recording) is None else recording, packed, pole_rad_s)
     fields = {field.name: getattr(log, field.name) for field in dataclasses.fields(log)}
     return Trial(**fields, memory=to_jax(_memory(recording, packed)))
+
+
+def begun(recording: Recording, angles_rad: np.ndarray | None = None) -> Recording:
+    """`recording`, whose segments begin at these angles, or at 0."""
+    angles = np.zeros(len(recording.segments)) if angles_rad is None else angles_rad
+    runs = zip(recording.segments, angles.tolist(), strict=True)
+    segments = tuple(dataclasses.replace(segment, begins_rad=angle) for segment, angle in runs)
+    return dataclasses.replace(recording, segments=segments)
 
 
 def _memory(recording: Recording, packed: Packed) -> float:
@@ -53,7 +65,8 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
     applied = np.unique(volts)
     time = np.asarray(trial.time)[trial.valid]
     driven = time[volts > 0]
-    swing = 0.0 if trial.angle is None else float(np.ptp(np.asarray(trial.angle)[trial.valid]))
+    angle = None if shaft_angles(recording) is None else trial.angle
+    swing = 0.0 if angle is None else float(np.ptp(np.asarray(angle)[trial.valid]))
     return Rig(
         float(trial.supply),
         tuple(applied[applied > 0].tolist()),
