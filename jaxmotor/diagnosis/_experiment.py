@@ -159,8 +159,8 @@ def _turned(motor: Motor, volts: np.ndarray, period: float) -> np.ndarray:
     speed = np.zeros(volts.shape)
     speed[:, 1:] = gain * (1 - keep) * volts[:, :-1]
     # Of w[k] = keep w[k-1] + v[k] each pass adds what twice as many rows before have left.
-    rows = 1
-    while rows < speed.shape[1]:
+    rows, most = 1, volts.shape[-1]
+    while rows < most:
         speed[:, rows:] += keep**rows * speed[:, :-rows]
         rows *= 2
     return np.cumsum(speed, axis=1) * period
