@@ -6,7 +6,14 @@ import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._numbers import with_error
-from jaxmotor.estimate._open_hypotheses import Allowed, OpenHypothesis, hidden_laws, open_hypotheses
+from jaxmotor.estimate._open_hypotheses import (
+    UNITS,
+    Allowed,
+    OpenHypothesis,
+    hidden_laws,
+    largest_voltage,
+    open_hypotheses,
+)
 from jaxmotor.estimate._speed_average import SpeedAverage, properties_of
 from jaxmotor.estimate._timing import Timing
 from jaxmotor.estimate._trajectory import Solution
@@ -207,16 +214,19 @@ def _left_over(packed: Packed, errors: Uncertainty) -> np.ndarray | None:
         least = min(by_chance, CHANCE * colour(packed))
     if errors.evidence > least:
         return np.asarray(errors.allowance)
-    alone, moved = _strongest(errors)
-    return moved if alone > by_chance else None
+    alone, law = _strongest(errors)
+    if alone <= by_chance:
+        return None
+    # Taken to first order, a law may stand for more volts than it can take.
+    most = largest_voltage(packed) if UNITS[HIDDEN[law]].startswith("V") else np.inf
+    return np.asarray(errors.hidden_shift)[:, law] * np.clip(np.asarray(errors.hidden)[law], -most, most)
 
 
-def _strongest(errors: Uncertainty) -> tuple[float, np.ndarray]:
-    """Drop of the sum of squares by the one hidden law that explains most, and how far it moves ψ."""
-    amount = np.asarray(errors.hidden)
-    drop = (amount / np.asarray(errors.hidden_error)) ** 2
+def _strongest(errors: Uncertainty) -> tuple[float, int]:
+    """Drop of the sum of squares by the one hidden law that explains most, and which of `HIDDEN` that is."""
+    drop = (np.asarray(errors.hidden) / np.asarray(errors.hidden_error)) ** 2
     best = int(np.argmax(drop))
-    return float(drop[best]), np.asarray(errors.hidden_shift)[:, best] * amount[best]
+    return float(drop[best]), best
 
 
 def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -119,7 +119,7 @@ def open_hypotheses(
     # What the motor leaves beyond the noise is no chance: it biases an amount taken to first order.
     wider = np.sqrt(colour) * max(chi2, 1.0)
     for name, amount, error, shift in laws:
-        largest = float(min(amount + LIKELY * error * wider, _most(packed, name)))
+        largest = float(min(amount + LIKELY * error * wider, _largest(packed, name)))
         if largest <= 0:
             continue
         with_it = _with(motor, shift, largest, name)
@@ -147,10 +147,15 @@ def _with(motor: np.ndarray, shift: np.ndarray, amount: float, name: str) -> np.
     return motor * moved
 
 
-def _most(packed: Packed, name: str) -> float:
+def _largest(packed: Packed, name: str) -> float:
     """The largest amount that a motor which turns under these voltages can have."""
     if name in ("delay", "electrical lag"):
         return MOST_TICKS if name == "delay" else MOST_LAG_S
+    return largest_voltage(packed)
+
+
+def largest_voltage(packed: Packed) -> float:
+    """That friction, a dead zone or drag takes at most of a motor which turns under these voltages [V]."""
     volts, observed = np.abs(packed.batch.volts), np.abs(packed.batch.observed)
     turning = packed.batch.valid & (observed > 0.1 * observed[packed.batch.valid].max(initial=0.0)) & (volts > 0)
     return MOST_OF_VOLTAGE * float(np.median(volts[turning])) if turning.any() else 0.0

@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 from open_hypotheses import INPUTS, LAWS, case, errors, result
+from testing.made import recording, step
 
 from jaxmotor.estimate import identify, to_json
+from jaxmotor.estimate._assess import _left_over
+from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
+from jaxmotor.prediction import pack
 from jaxmotor.recording import bundled
 
 STEPS, PRBS, ONE_WAY = INPUTS
@@ -68,3 +72,24 @@ def test_an_electrical_time_constant_is_said_to_be_open():
 @pytest.mark.parametrize("name", ["linear", "paper", "full"])
 def test_what_the_recording_decides_is_not_open(name):
     assert not identify(bundled(name)).open_hypotheses
+
+
+@pytest.mark.parametrize(
+    ("law", "amount", "counted"), [("friction", 40.0, 3.0), ("drag", -40.0, -3.0), ("delay", 4, 4)]
+)
+def test_no_law_takes_more_than_the_voltage(law, amount, counted):
+    """Taken to first order one may seem to: it must not widen an interval beyond what a motor can do."""
+    packed = pack(recording(0, runs=[step(5.0), step(-5.0)]), (0, 1))
+    own = np.eye(len(HIDDEN))[HIDDEN.index(law)]
+    unknown = dict.fromkeys(("model", "clustered", "clusters", "requantised", "allowance", "pole_share"), np.ones(3))
+    quiet = {"evidence": np.array(0.0), "chi2": np.array(5.0), "log10_q": np.array(0.0)}
+    judged = Uncertainty(
+        **unknown,
+        **quiet,
+        degrees_of_freedom=np.full(3, 9.0),
+        hidden=amount * own,
+        hidden_error=np.full(len(HIDDEN), 0.1),
+        hidden_shift=np.ones((3, len(HIDDEN))),
+    )
+    moved = _left_over(packed, judged)
+    assert moved is not None and moved == pytest.approx(counted, rel=0.02)
