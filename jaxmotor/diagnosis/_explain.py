@@ -207,7 +207,8 @@ def _is_rounding(study: Study, linear: Fitted) -> bool:
 
 def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
     """The best of what was tried `earlier`, with another window, where what it leaves is not more by so much as an
-    effect must take up; None where the readings over this window ask for something else."""
+    effect must take up; None where the readings over this window ask for something else, or show more, in less noise,
+    than when all seemed to be explained."""
     if earlier is None:
         return None
     found = now.search.resumed(earlier.search)
@@ -215,7 +216,8 @@ def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
     tried = names in earlier.search.visited.fitted
     explained = is_explained(now.study, found.fitted, now.search.linear)
     as_good = (1 - LEAST) * now._replace(found=found).square <= earlier.square
-    return found if tried and (explained or as_good) else None
+    seemed_explained = is_explained(earlier.study, earlier.found.fitted, earlier.search.linear)
+    return found if tried and (explained or (as_good and not seemed_explained)) else None
 
 
 def _carried_over(known: _Searched) -> _Searched:
