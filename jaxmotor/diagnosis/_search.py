@@ -165,7 +165,7 @@ class Search:
         return self.as_found(self.visited.best())
 
     def goes_on(self, before: "Search") -> None:
-        """Begin with all that `before` fitted to the same rows, of which its laws ask for nothing more."""
+        """Begin with all that `before` has fitted to the same rows, and try again nothing that it tried."""
         self.visited.keep(list(before.visited.fitted.values()))
         self.tried |= before.tried
         self.shared |= before.shared
