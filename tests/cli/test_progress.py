@@ -51,9 +51,8 @@ def on_a_terminal(arguments, folder):
 
 @pytest.mark.parametrize("command", ["identify", "diagnose"])
 def test_a_terminal_is_never_silent(log, tmp_path, command):
-    """A diagnosis from an empty cache, so that everything is compiled; that identifies, too."""
-    cache = tmp_path if command == "diagnose" else os.environ["JAXMOTOR_CACHE"]
-    shown, output, times = on_a_terminal([command, log, "--json"], cache)
+    """From an empty cache, so that everything is compiled."""
+    shown, output, times = on_a_terminal([command, log, "--json"], tmp_path)
     assert json.loads(output)["recording"] == "m1.csv"
     assert times[1] < FIRST_S and max(after - before for before, after in itertools.pairwise(times)) < SILENT_S
     stages = ["reading m1.csv", "loading JAX", "linear fit"]
