@@ -1,8 +1,10 @@
-"""Where the package computes, on a machine where JAX has more than one place."""
+"""Where the package computes: where JAX has more than one place, and on one core."""
 
 import os
 import subprocess
 import sys
+
+import pytest
 
 ELSEWHERE = """
 import jax, jax.numpy as jnp, numpy as np
@@ -46,3 +48,17 @@ def test_commands_leave_a_gpu_alone_unless_told():
     for told, expected in ((None, "cpu"), ("cuda,cpu", "cuda,cpu")):
         environment = own if told is None else own | {"JAX_PLATFORMS": told}
         assert printed(command, environment).splitlines()[-1] == expected
+
+
+ONE_CORE = """
+import os
+os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+import jaxmotor as jm
+print(jm.identify(jm.recording.bundled("paper")).motor.gain)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="this system does not say which cores a process has")
+def test_one_core_is_enough():
+    """XLA compiles otherwise for one core than for two."""
+    assert abs(float(printed(ONE_CORE, os.environ | {"JAXMOTOR_CACHE": ""})) / 10.02091043 - 1) < 1e-8

@@ -8,6 +8,7 @@ linear unknowns at their best for the clipped step, converges from far away. Eac
 of the residuals' covariance by maximum likelihood (`_whitening`).
 """
 
+import math
 from typing import NamedTuple
 
 import jax
@@ -109,7 +110,19 @@ def solve_normal(normal: Float[Array, "p p"], right: Float[Array, "p *c"]) -> Fl
     scale = jnp.where(scale > 0, scale, 1.0)
     balanced = normal / jnp.outer(scale, scale) + 1e-14 * jnp.eye(len(scale), dtype=normal.dtype)
     scale = scale.reshape(-1, *[1] * (right.ndim - 1))
-    return jnp.linalg.solve(balanced, right / scale) / scale
+    return _eliminated(balanced, right / scale) / scale
+
+
+def _eliminated(normal: Float[Array, "p p"], right: Float[Array, "p *c"]) -> Float[Array, "p *c"]:
+    """Solution of `normal` x = `right` by elimination (Gauss-Jordan): a positive definite matrix with ones on its
+    diagonal needs no other order of rows. On a machine of one core XLA cannot compile loops as long as the fit's with
+    calls of LAPACK in them."""
+    columns = right.reshape(len(normal), math.prod(right.shape[1:]))
+    for k in range(len(normal)):
+        row, column = normal[k] / normal[k, k], normal[:, k].at[k].add(-1)
+        columns = columns - jnp.outer(column, columns[k] / normal[k, k])
+        normal = normal - jnp.outer(column, row)
+    return columns.reshape(right.shape)
 
 
 def _clipped(delta: Float[Array, " p"], normal: Float[Array, "p p"]) -> Float[Array, " p"]:
