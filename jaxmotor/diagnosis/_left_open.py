@@ -10,7 +10,7 @@ from jaxmotor.diagnosis._found import Found
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.diagnosis._study import Study
 from jaxmotor.diagnosis._trial import Trial
-from jaxmotor.estimate import HIDDEN, Allowed, Fit, Hidden, OpenHypothesis, drives, open_hypotheses
+from jaxmotor.estimate import HIDDEN, Allowed, Beside, Fit, Hidden, OpenHypothesis, colour, drives, open_hypotheses
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects._base import AbstractDelayEffect
 
@@ -41,7 +41,9 @@ def left_open(
     half = 1.96 * np.array([errors["gain_rad_s_V"], errors["pole_rad_s"]])
     if not found.named:
         return fit.open_hypotheses, None if fit.allowed is None else fit.allowed.spanning(motor, half)
-    return open_hypotheses(study.packed, found.fitted.chi2, motor, half, _beside(study.solver, found.fitted))
+    # What the motor leaves beyond the noise is no chance: it biases an amount taken to first order.
+    wider = np.sqrt(colour(study.packed)) * max(found.fitted.chi2, 1.0)
+    return open_hypotheses(study.packed, motor, half, Beside((), _beside(study.solver, found.fitted, wider)))
 
 
 def moves(opened: tuple[OpenHypothesis, ...], motor: Motor) -> bool:
@@ -50,8 +52,8 @@ def moves(opened: tuple[OpenHypothesis, ...], motor: Motor) -> bool:
     return any(max(abs(one.gain / gain - 1), abs(one.pole / pole - 1)) > ANOTHER for one in opened)
 
 
-def _beside(solver: Solver, fitted: Fitted) -> list[Hidden]:
-    """Each law that `fitted` has not, alone beside it."""
+def _beside(solver: Solver, fitted: Fitted, wider: float) -> tuple[Hidden, ...]:
+    """Each law that `fitted` has not, alone beside it; errors are `wider` than of white noise."""
     there = {law for effect in fitted.template.effects for law in (effect.name, *effect.contains)}
     columns = _columns(solver, fitted)
     basis, sizes, right = np.linalg.svd(np.delete(fitted.jacobian, PRIOR, axis=1), full_matrices=False)
@@ -64,8 +66,9 @@ def _beside(solver: Solver, fitted: Fitted) -> list[Hidden]:
         rest = column - basis @ along
         square = max(square_of(rest), SMALLEST_REST * square_of(column))
         amount = -float(np.einsum("n,n->", rest, fitted.residual)) / square
-        laws.append(Hidden(name, amount, 1 / np.sqrt(square), -(inverse @ along)[:2]))
-    return laws
+        shift = -(inverse @ along)[:2]
+        laws.append(Hidden(name, amount, wider / np.sqrt(square), shift, shift))
+    return tuple(laws)
 
 
 def _columns(solver: Solver, fitted: Fitted) -> list[np.ndarray]:

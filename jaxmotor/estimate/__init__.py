@@ -2,7 +2,7 @@
 
 from jaxmotor.estimate._assess import Assessment as Assessment
 from jaxmotor.estimate._assess import assess as assess
-from jaxmotor.estimate._assess import student_t as student_t
+from jaxmotor.estimate._assess import colour as colour
 from jaxmotor.estimate._averaging import LONGEST_AVERAGE_ROWS as LONGEST_AVERAGE_ROWS
 from jaxmotor.estimate._compiled import response_program as response_program
 from jaxmotor.estimate._compiled import start_program as start_program
@@ -14,6 +14,9 @@ from jaxmotor.estimate._fingerprint import fingerprint as fingerprint
 from jaxmotor.estimate._fit import Fit as Fit
 from jaxmotor.estimate._fit import Trace as Trace
 from jaxmotor.estimate._frequency_response import FrequencyResponse as FrequencyResponse
+from jaxmotor.estimate._hidden import Beside as Beside
+from jaxmotor.estimate._hidden import Hidden as Hidden
+from jaxmotor.estimate._hidden import student_t as student_t
 from jaxmotor.estimate._identify import NOT_CONVERGED as NOT_CONVERGED
 from jaxmotor.estimate._identify import STAMPS as STAMPS
 from jaxmotor.estimate._identify import Prepared as Prepared
@@ -40,7 +43,6 @@ from jaxmotor.estimate._model_file import to_json as to_json
 from jaxmotor.estimate._model_joint import Joint as Joint
 from jaxmotor.estimate._model_joint import names_of as names_of
 from jaxmotor.estimate._open_hypotheses import Allowed as Allowed
-from jaxmotor.estimate._open_hypotheses import Hidden as Hidden
 from jaxmotor.estimate._open_hypotheses import OpenHypothesis as OpenHypothesis
 from jaxmotor.estimate._open_hypotheses import allowing as allowing
 from jaxmotor.estimate._open_hypotheses import open_hypotheses as open_hypotheses

@@ -6,13 +6,14 @@ import numpy as np
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._numbers import with_error
+from jaxmotor.estimate._hidden import ENDLESS, hidden_laws, student_t
 from jaxmotor.estimate._open_hypotheses import (
     UNITS,
     Allowed,
     OpenHypothesis,
-    hidden_laws,
     largest_voltage,
     open_hypotheses,
+    shown_laws,
 )
 from jaxmotor.estimate._speed_average import SpeedAverage, properties_of
 from jaxmotor.estimate._timing import Timing
@@ -34,9 +35,6 @@ EVIDENCE = 40.0
 to 30, coloured noise as many times that as its rows are one."""
 FEW_CLUSTERS = 6
 """With fewer blocks of rows than this their disagreement says too little on its own."""
-ENDLESS = 2.0
-"""Degrees of freedom up to which Student's t has no variance: one or two blocks tell nearly all, and how they disagree
-says nothing."""
 UNDETERMINED = 0.3
 """Relative standard error from which a parameter is said not to be determined."""
 HELD_OFFSET = (1,)
@@ -129,7 +127,9 @@ def assess(
     notes += _wide(psi, kept, float(errors.chi2))
     of_header = [one.sentence for one in (average, timing) if one is not None]
     motor, half = np.array([psi[0], np.exp(psi[2])]), 1.96 * np.sqrt(np.diag(kept)[:2])
-    left_open, allowed = open_hypotheses(packed, float(errors.chi2), motor, half, hidden_laws(solution, errors))
+    beside = hidden_laws(solution, errors, _by_chance(packed, errors), colour(packed), is_quiet(packed, errors))
+    notes += shown_laws(packed, motor, beside)
+    left_open, allowed = open_hypotheses(packed, motor, half, beside)
     return Assessment(
         motor=linear_motor([psi[0], *np.exp(psi[2:])]),
         standard_error=linear_motor(np.sqrt(np.diag(kept))),
@@ -275,10 +275,3 @@ def _wide(psi: np.ndarray, covariance: np.ndarray, chi2: float) -> list[str]:
         for (name, _), share in zip(values, shares, strict=True)
         if share > 0.1
     ]
-
-
-def student_t(freedom: float) -> float:
-    """Quantile 0.975 of Student's t, of at least one degree of freedom."""
-    from scipy.special import stdtrit
-
-    return float(stdtrit(max(freedom, 1.0), 0.975))

@@ -18,8 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.estimate._assess import QUIET_CHI2, Assessment, assess, colour, explained, student_t
+from jaxmotor.estimate._assess import QUIET_CHI2, Assessment, assess, colour, explained
 from jaxmotor.estimate._estimate import Estimate, fit_whole
+from jaxmotor.estimate._hidden import student_t
 from jaxmotor.estimate._speed_average import stated_window
 from jaxmotor.estimate._uncertainty import HIDDEN
 from jaxmotor.prediction import LAG_S, Noise, Packed, as_problem, pack, without_transients

@@ -11,7 +11,6 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor._precision import in_float64, to_jax, to_numpy
 from jaxmotor._programs import compile_ahead
 from jaxmotor.estimate._assess import (
-    ENDLESS,
     EVIDENCE,
     HELD_OFFSET,
     UNDETERMINED,
@@ -27,6 +26,7 @@ from jaxmotor.estimate._estimate import Estimate, fit_whole
 from jaxmotor.estimate._fingerprint import fingerprint
 from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
+from jaxmotor.estimate._hidden import ENDLESS
 from jaxmotor.estimate._model import ModelRig
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import sine_data, sine_segments

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jaxmotor.estimate._trajectory import Solution
-from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
+from jaxmotor.estimate._hidden import Beside, Hidden
 from jaxmotor.prediction import Packed
 
 LIKELY = 2.0
@@ -85,50 +84,54 @@ class Allowed(NamedTuple):
         return Allowed(*((min(own[0], low), max(own[1], high)) for own, low, high in ends))
 
 
-class Hidden(NamedTuple):
-    """One law alone beside a motor, to first order."""
-
-    name: str
-    amount: float
-    """That fits best [`UNITS`]."""
-    error: float
-    """Its standard error, were the residual no more than white noise."""
-    shift: np.ndarray
-    """(2,) of the logarithms of gain and pole for one unit."""
-
-
-def hidden_laws(solution: Solution, errors: Uncertainty) -> list[Hidden]:
-    """Each of `HIDDEN` beside the linear motor."""
-    scale = np.array([float(solution.psi[0]), 1.0])[:, None]
-    shifts = np.asarray(errors.hidden_shift)[[0, 2]] / scale
-    columns = (np.asarray(errors.hidden).tolist(), np.asarray(errors.hidden_error).tolist(), shifts.T)
-    return [Hidden(*law) for law in zip(HIDDEN, *columns, strict=True)]
-
-
 def open_hypotheses(
-    packed: Packed, chi2: float, motor: np.ndarray, half: np.ndarray, laws: list[Hidden]
+    packed: Packed, motor: np.ndarray, half: np.ndarray, beside: Beside
 ) -> tuple[tuple[OpenHypothesis, ...], Allowed]:
-    """Which of `laws` are open, and the intervals that allow for them.
+    """Which of the laws `beside` a motor are open, and the intervals that allow for all of them.
 
-    `motor` (2,) is gain and pole, `half` (2,) the half widths of their 95 % intervals if nothing else is there, `chi2`
-    what the motor leaves per sample.
+    `motor` (2,) is gain and pole, `half` (2,) the half widths of their 95 % intervals if nothing else is there.
     """
-    corners, found = [*_sides(motor, half)], []
+    found, shown = [], with_shown(packed, motor, beside)
+    corners = [*_sides(motor, half), *_sides(shown, half)]
+    for name, amount, error, shift, _ in beside.shown:
+        for moved in (LIKELY * error, -min(LIKELY * error, amount)):
+            corners += _sides(_with(shown, shift, moved, name), half)
     scores = np.maximum(MATTERS / 1.96 * half, LEAST_SHARE * np.abs(motor))
-    colour = 1.0 if packed.observation.noise.known else max(packed.observation.noise.rows_per_reading, 1.0)
-    # What the motor leaves beyond the noise is no chance: it biases an amount taken to first order.
-    wider = np.sqrt(colour) * max(chi2, 1.0)
-    for name, amount, error, shift in laws:
-        largest = float(min(amount + LIKELY * error * wider, _largest(packed, name)))
+    for name, amount, error, shift, _ in beside.others:
+        largest = float(min(amount + LIKELY * error, largest_amount(packed, name)))
         if largest <= 0:
             continue
-        with_it = _with(motor, shift, largest, name)
+        with_it = _with(shown, shift, largest, name)
         corners += _sides(with_it, half)
-        if (np.abs(with_it - motor) > scores).any():
+        if (np.abs(with_it - shown) > scores).any():
             found.append(OpenHypothesis(name, largest, float(with_it[0]), float(with_it[1])))
     lowest, highest = np.min(corners, axis=0), np.max(corners, axis=0)
     ends = [(float(low), float(high)) for low, high in zip(lowest, highest, strict=True)]
     return tuple(found), Allowed(*ends)
+
+
+def with_shown(packed: Packed, motor: np.ndarray, beside: Beside) -> np.ndarray:
+    """Gain and pole (2,) of `motor` with the laws that the recording shows `beside` it."""
+    for law in beside.shown:
+        motor = _with(motor, law.alone, _bounded(packed, law), law.name)
+    return motor
+
+
+def _bounded(packed: Packed, law: Hidden) -> float:
+    """Its amount, of volts no more than a motor that turns can lose."""
+    return min(law.amount, largest_voltage(packed)) if UNITS[law.name].startswith("V") else law.amount
+
+
+def shown_laws(packed: Packed, motor: np.ndarray, beside: Beside) -> list[str]:
+    """A sentence on the laws that the recording shows, if any."""
+    if not beside.shown:
+        return []
+    laws = [f"{PHRASES[law.name]} ({_bounded(packed, law):.2g} {UNITS[law.name]})" for law in beside.shown]
+    gain, pole = with_shown(packed, motor, beside)
+    return [
+        f"what a linear motor leaves looks most like {' and '.join(laws)}: with that the gain would be about "
+        f"{gain:.4g} rad/s/V and the pole {pole:.4g} rad/s; `jaxmotor diagnose` finds what it is"
+    ]
 
 
 def _sides(motor: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -147,7 +150,7 @@ def _with(motor: np.ndarray, shift: np.ndarray, amount: float, name: str) -> np.
     return motor * moved
 
 
-def _largest(packed: Packed, name: str) -> float:
+def largest_amount(packed: Packed, name: str) -> float:
     """The largest amount that a motor which turns under these voltages can have."""
     if name in ("delay", "electrical lag"):
         return MOST_TICKS if name == "delay" else MOST_LAG_S

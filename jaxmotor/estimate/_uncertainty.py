@@ -66,9 +66,15 @@ class Uncertainty(NamedTuple):
     hidden: Float[Array, " h"]
     """Amount of each of `HIDDEN`, alone beside the motor, that fits best."""
     hidden_error: Float[Array, " h"]
-    """Its standard error."""
+    """Its standard error, were the whitened residual white."""
     hidden_shift: Float[Array, "p h"]
     """By how much ψ moves for one unit of it."""
+    hidden_score: Float[Array, "k h"]
+    """What ψ leaves of each law's column, times the whitened residual, summed over each block of rows."""
+    hidden_information: Float[Array, "k h h"]
+    """The same of two laws' columns."""
+    hidden_square: Float[Array, ""]
+    """Sum of the squares of the whitened residual."""
 
 
 def uncertainty(problem: Problem, solution: Solution, at: Linearised, key: Key[Array, ""]) -> Uncertainty:
@@ -89,7 +95,7 @@ def uncertainty(problem: Problem, solution: Solution, at: Linearised, key: Key[A
     clustered, freedom, clusters = _clustered(error, jacobian, normal, inverse, problem)
     requantised = inverse * variance
     chi2 = (solution.residual**2).sum() / count / problem.floor
-    open_to, hidden_error = _open(error, jacobian, hidden, normal)
+    open_to, hidden_error = _open(error, jacobian, hidden, normal, problem)
     held, own = _against(jacobian, extra, normal)
     amount, evidence = _amount(extra, error, own)
     evidence = evidence / variance
@@ -109,6 +115,7 @@ def uncertainty(problem: Problem, solution: Solution, at: Linearised, key: Key[A
         chi2=chi2,
         pole_share=_pole_share(solution, problem),
         hidden_error=hidden_error * jnp.sqrt(variance),
+        hidden_square=(error**2).sum(),
         **open_to,
     )
 
@@ -181,7 +188,7 @@ def drives(
     return -jnp.sign(turning), before - volts, -jnp.sign(volts), drag
 
 
-def _open(error, jacobian, hidden, normal) -> tuple[dict[str, Array], Float[Array, " h"]]:
+def _open(error, jacobian, hidden, normal, problem: Problem) -> tuple[dict[str, Array], Float[Array, " h"]]:
     """The fields of `Uncertainty` about `HIDDEN`, and the errors of the amounts if those of the whitened rows are of
     size one. Where gain, pole and offset can do all that one of them does, the error of its amount is huge."""
     across = jnp.einsum("lrp,lrh->ph", jacobian, hidden)
@@ -191,19 +198,27 @@ def _open(error, jacobian, hidden, normal) -> tuple[dict[str, Array], Float[Arra
     own = jnp.maximum(jnp.einsum("lrh,lrh->h", rest, rest), SMALLEST_REST * whole)
     own = jnp.where(own > 0, own, 1.0)
     amount = jnp.einsum("lrh,lr->h", rest, error) / own
-    return {"hidden": amount, "hidden_shift": -held}, 1 / jnp.sqrt(own)
+    score, information = _by_cluster(rest * error[..., None], problem), _products(rest, problem)
+    fields = {"hidden": amount, "hidden_shift": -held, "hidden_score": score, "hidden_information": information}
+    return fields, 1 / jnp.sqrt(own)
+
+
+def _by_cluster(values: Float[Array, "sequence row c"], problem: Problem) -> Float[Array, "k c"]:
+    """Sums over each block of rows."""
+    flat, cluster = values.reshape(-1, values.shape[-1]), jnp.asarray(problem.batch.cluster).reshape(-1)
+    return jax.ops.segment_sum(flat, cluster, num_segments=problem.clusters + 1)[:-1]
+
+
+def _products(columns: Float[Array, "sequence row c"], problem: Problem) -> Float[Array, "k c c"]:
+    """The same of each two columns' product."""
+    size = columns.shape[-1]
+    products = columns[..., :, None] * columns[..., None, :]
+    return _by_cluster(products.reshape(*columns.shape[:-1], size * size), problem).reshape(-1, size, size)
 
 
 def _clustered(error, jacobian, normal, inverse, problem: Problem):
     """Jackknife covariance, degrees of freedom, number of clusters."""
-    cluster = jnp.asarray(problem.batch.cluster).reshape(-1)
-    flat, size = jacobian.reshape(-1, jacobian.shape[-1]), jacobian.shape[-1]
-
-    def by_cluster(values):
-        return jax.ops.segment_sum(values, cluster, num_segments=problem.clusters + 1)[:-1]
-
-    score = by_cluster(flat * error.reshape(-1)[:, None])
-    information = by_cluster((flat[:, :, None] * flat[:, None, :]).reshape(-1, size * size)).reshape(-1, size, size)
+    score, information = _by_cluster(jacobian * error[..., None], problem), _products(jacobian, problem)
     used = (jnp.trace(information, axis1=1, axis2=2) > 0).astype(error.dtype)
     # A parameter's information with the others at their best: what its row of the inverse picks out of each segment.
     share = jnp.einsum("pi,sij,pj->sp", inverse, information, inverse) / jnp.diag(inverse)[None, :]

@@ -1,15 +1,17 @@
 """What the input cannot tell apart is said, and spanned by intervals of its own."""
 
+import re
+
 import numpy as np
 import pytest
 from open_hypotheses import INPUTS, LAWS, case, errors, result
-from testing.made import recording, step
+from testing.made import PERIOD, motion, recording, step
 
 from jaxmotor.estimate import identify, to_json
 from jaxmotor.estimate._assess import _left_over
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
 from jaxmotor.prediction import pack
-from jaxmotor.recording import bundled
+from jaxmotor.recording import Recording, Segment, bundled
 
 STEPS, PRBS, ONE_WAY = INPUTS
 FIRST_ORDER = ("drag", "electrical lag")
@@ -74,6 +76,40 @@ def test_what_the_recording_decides_is_not_open(name):
     assert not identify(bundled(name)).open_hypotheses
 
 
+def test_a_law_that_the_recording_shows_is_told_and_not_called_open():
+    """The bundled recording's motor: 10.6 rad/s/V, 40 rad/s, 0.2 V of Coulomb friction."""
+    fit = identify(bundled("paper"))
+    [told] = [note for note in fit.notes if "looks most like" in note]
+    found = re.search(r"Coulomb friction \((.*) V\).* about (.*) rad/s/V and the pole (.*) rad/s;", told)
+    assert found is not None
+    friction, gain, pole = map(float, found.groups())
+    assert (friction, gain, pole) == (
+        pytest.approx(0.2, rel=0.1),
+        pytest.approx(10.6, rel=0.01),
+        pytest.approx(40, rel=0.02),
+    )
+    assert not any("does not show whether" in note for note in fit.notes)
+    assert fit.allowed is not None
+    assert fit.allowed.gain[0] < 10.6 < fit.allowed.gain[1] and fit.allowed.pole[0] < 40 < fit.allowed.pole[1]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_noise_that_changes_slowly_hides_but_little_friction(seed):
+    """Voltages of many heights show friction, whatever else moves the speed in the course of minutes."""
+    rng = np.random.default_rng(seed)
+    rows = 6000
+    volts = np.repeat(rng.uniform(-5, 5, rows), rng.integers(3, 60, rows))[:rows]
+    _, turned = motion(volts, 10.0, 20.0)
+    slow = np.cumsum(rng.standard_normal(rows))
+    noise = 0.03 * slow / slow.std() + 0.005 * rng.standard_normal(rows)
+    speed = np.concatenate([[0.0], turned[:-1]]) / PERIOD + noise * turned.std() / PERIOD
+    one = Segment("other", 0.0, True, {}, PERIOD * np.arange(rows), volts, tick=np.arange(rows), speed_rad_s=speed)
+    fit = identify(Recording((one,), "slow", PERIOD, supply_V=5.0, speed_window_s=PERIOD, duty_delay_s=0.0))
+    assert fit.noise.rows_per_reading > 100
+    assert all(one.largest < 0.1 for one in fit.open_hypotheses if one.name in ("friction", "dead zone"))
+    assert fit.allowed is not None and 9.8 < fit.allowed.gain[0] < 10 < fit.allowed.gain[1] < 10.4
+
+
 @pytest.mark.parametrize(
     ("law", "amount", "counted"), [("friction", 40.0, 3.0), ("drag", -40.0, -3.0), ("delay", 4, 4)]
 )
@@ -81,10 +117,11 @@ def test_no_law_takes_more_than_the_voltage(law, amount, counted):
     """Taken to first order one may seem to: it must not widen an interval beyond what a motor can do."""
     packed = pack(recording(0, runs=[step(5.0), step(-5.0)]), (0, 1))
     own = np.eye(len(HIDDEN))[HIDDEN.index(law)]
-    unknown = dict.fromkeys(("model", "clustered", "clusters", "requantised", "allowance", "pole_share"), np.ones(3))
+    names = ("model", "clustered", "clusters", "requantised", "allowance", "pole_share")
+    names += ("hidden_score", "hidden_information", "hidden_square")
     quiet = {"evidence": np.array(0.0), "chi2": np.array(5.0), "log10_q": np.array(0.0)}
     judged = Uncertainty(
-        **unknown,
+        **dict.fromkeys(names, np.ones(3)),
         **quiet,
         degrees_of_freedom=np.full(3, 9.0),
         hidden=amount * own,
