@@ -43,7 +43,7 @@ from jaxmotor.diagnosis._weighed import (
     judged_by,
     probabilities,
 )
-from jaxmotor.estimate import STAMPS, Fit, best_guess, identify, needs_transients
+from jaxmotor.estimate import SHOWN, STAMPS, Fit, best_guess, identify, needs_transients
 from jaxmotor.motor.effects import AbstractDisturbance
 from jaxmotor.prediction import as_angles
 from jaxmotor.recording import EARLY, Recording, check, recording_of
@@ -181,10 +181,10 @@ def _experiments(
 
 
 def _of_linear(fit: Fit, recording: Recording, study: Study) -> tuple[str, ...]:
-    """The notes of `fit` but for what it leaves open, which depends on the effects, and for what the header of
-    `recording` does not state and the `study` has found."""
+    """The notes of `fit` but for the laws that it shows or leaves open, of which the diagnosis knows more, and for what
+    the header of `recording` does not state and the `study` has found."""
     told = {one.note for one in fit.open_hypotheses} | (set(check(recording)) - set(check(study.recording)))
-    return tuple(note for note in fit.notes if note not in told)
+    return tuple(note for note in fit.notes if note not in told and not note.startswith(SHOWN))
 
 
 def _notes(known: tuple[str, ...], held: HeldOut, found: Found, effects: tuple[FoundEffect, ...]) -> tuple[str, ...]:

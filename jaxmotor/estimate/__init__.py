@@ -42,6 +42,7 @@ from jaxmotor.estimate._model_file import read_model as read_model
 from jaxmotor.estimate._model_file import to_json as to_json
 from jaxmotor.estimate._model_joint import Joint as Joint
 from jaxmotor.estimate._model_joint import names_of as names_of
+from jaxmotor.estimate._open_hypotheses import SHOWN as SHOWN
 from jaxmotor.estimate._open_hypotheses import Allowed as Allowed
 from jaxmotor.estimate._open_hypotheses import OpenHypothesis as OpenHypothesis
 from jaxmotor.estimate._open_hypotheses import allowing as allowing

@@ -74,7 +74,7 @@ class _Laws:
     def __init__(self, solution: Solution, errors: Uncertainty, colour: float, quiet: bool):
         self.score = np.asarray(errors.hidden_score)
         self.information = np.asarray(errors.hidden_information)
-        self.amounts, self.white = np.asarray(errors.hidden), np.asarray(errors.hidden_error)
+        self.white = np.asarray(errors.hidden_error)
         self.square, self.colour, self.quiet = float(errors.hidden_square), colour, quiet
         self.whole = self.information.sum(0)
         # A column that ψ can do but for rounding errors has a least square, by which its error is huge.

@@ -1,7 +1,8 @@
 """What the input leaves open: laws that gain, pole and offset can imitate, and the motors there would be with them.
 
-Beside the motor, each law of `HIDDEN` is let in alone, to first order. Its amount is known to a standard error; where
-the motor can do nearly all that the law does, that error is huge, and only what a motor can have bounds the amount.
+Beside the motor, and the laws that the recording shows (`_hidden`), each other one is let in alone, to first order. Its
+amount is known to a standard error; where the motor can do nearly all that the law does, that error is huge, and only
+what a motor can have bounds the amount.
 Friction and a dead zone take their volts off the voltage: with a shift h = d log K/dv the gain is K/(1 - h v), which is
 exact for steps of one height 1/h. The others move log K and log a in proportion.
 """
@@ -27,6 +28,7 @@ MOST_TICKS = 2.0
 """Delay of a motor at most [rows]."""
 MOST_LAG_S = 4e-3
 """Electrical time constant of a small motor at most."""
+SHOWN = "what a linear motor leaves looks most like "
 DECIDE = {
     "friction": "add steps of a second height",
     "dead zone": "add steps of a second height",
@@ -129,7 +131,7 @@ def shown_laws(packed: Packed, motor: np.ndarray, beside: Beside) -> list[str]:
     laws = [f"{PHRASES[law.name]} ({_bounded(packed, law):.2g} {UNITS[law.name]})" for law in beside.shown]
     gain, pole = with_shown(packed, motor, beside)
     return [
-        f"what a linear motor leaves looks most like {' and '.join(laws)}: with that the gain would be about "
+        f"{SHOWN}{' and '.join(laws)}: with that the gain would be about "
         f"{gain:.4g} rad/s/V and the pole {pole:.4g} rad/s; `jaxmotor diagnose` finds what it is"
     ]
 

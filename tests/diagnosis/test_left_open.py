@@ -7,6 +7,9 @@ from open_hypotheses import INPUTS, case
 
 from jaxmotor.cli._story import diagnosis_text
 from jaxmotor.diagnosis import diagnose, to_json
+from jaxmotor.diagnosis._diagnose import _of_linear
+from jaxmotor.diagnosis._study import study_of
+from jaxmotor.estimate import SHOWN, identify
 from jaxmotor.recording import bundled
 
 STEPS, PRBS, _ = INPUTS
@@ -46,3 +49,12 @@ def test_nothing_is_open_where_the_recording_decides():
     found = diagnose(bundled("linear"))
     assert not found.open_hypotheses and not found.undecided
     assert to_json(found)["open_hypotheses"] == []
+
+
+def test_what_the_linear_motor_lacks_to_first_order_is_not_repeated(x64):
+    """A diagnosis that names nothing must not name a law in its notes."""
+    recording = bundled("paper")
+    fit = identify(recording)
+    kept = _of_linear(fit, recording, study_of(recording, float(fit.motor.pole)))
+    [left_out] = set(fit.notes) - set(kept)
+    assert left_out.startswith(SHOWN)
