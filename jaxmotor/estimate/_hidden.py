@@ -105,15 +105,13 @@ class _Laws:
     def wider(self, chi2: float, shown: Sequence[int]) -> float:
         """What the motor leaves beside the noise and the laws `shown` is no chance: it biases what is taken to first
         order."""
-        left = 1 - self.together(shown)[1] / self.square if shown else 1.0
-        return max(chi2 * left, 1.0)
+        return max(chi2 * (1 - self.together(shown)[1] / self.square), 1.0)
 
     def beside(self, law: int, others: Sequence[int], wider: float) -> Hidden:
         """`law`, where `others` are at their best for each of its amounts."""
         laws = [law, *others]
         amounts, _ = self.together(laws)
-        along = np.eye(1)[0] if not others else self._along(law, others)
-        shift = self.shift[:, laws] @ along
+        shift = self.shift[:, laws] @ self._along(law, others)
         return Hidden(HIDDEN[law], float(amounts[0]), self._error(laws, amounts) * wider, shift, self.shift[:, law])
 
     def _along(self, law: int, others: Sequence[int]) -> np.ndarray:

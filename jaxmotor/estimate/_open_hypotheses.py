@@ -91,16 +91,17 @@ def open_hypotheses(
 ) -> tuple[tuple[OpenHypothesis, ...], Allowed]:
     """Which of the laws `beside` a motor are open, and the intervals that allow for all of them.
 
-    `motor` (2,) is gain and pole, `half` (2,) the half widths of their 95 % intervals if nothing else is there.
+    `motor` (2,) is gain [rad/s/V] and pole [rad/s], `half` (2,) the half widths of their 95 % intervals if nothing else
+    is there.
     """
-    found, shown = [], with_shown(packed, motor, beside)
+    found, shown = [], _with_shown(packed, motor, beside)
     corners = [*_sides(motor, half), *_sides(shown, half)]
     for name, amount, error, shift, _ in beside.shown:
         for moved in (LIKELY * error, -min(LIKELY * error, amount)):
             corners += _sides(_with(shown, shift, moved, name), half)
     scores = np.maximum(MATTERS / 1.96 * half, LEAST_SHARE * np.abs(motor))
     for name, amount, error, shift, _ in beside.others:
-        largest = float(min(amount + LIKELY * error, largest_amount(packed, name)))
+        largest = float(min(amount + LIKELY * error, _largest(packed, name)))
         if largest <= 0:
             continue
         with_it = _with(shown, shift, largest, name)
@@ -112,7 +113,7 @@ def open_hypotheses(
     return tuple(found), Allowed(*ends)
 
 
-def with_shown(packed: Packed, motor: np.ndarray, beside: Beside) -> np.ndarray:
+def _with_shown(packed: Packed, motor: np.ndarray, beside: Beside) -> np.ndarray:
     """Gain and pole (2,) of `motor` with the laws that the recording shows `beside` it."""
     for law in beside.shown:
         motor = _with(motor, law.alone, _bounded(packed, law), law.name)
@@ -129,7 +130,7 @@ def shown_laws(packed: Packed, motor: np.ndarray, beside: Beside) -> list[str]:
     if not beside.shown:
         return []
     laws = [f"{PHRASES[law.name]} ({_bounded(packed, law):.2g} {UNITS[law.name]})" for law in beside.shown]
-    gain, pole = with_shown(packed, motor, beside)
+    gain, pole = _with_shown(packed, motor, beside)
     return [
         f"{SHOWN}{' and '.join(laws)}: with that the gain would be about "
         f"{gain:.4g} rad/s/V and the pole {pole:.4g} rad/s; `jaxmotor diagnose` finds what it is"
@@ -152,7 +153,7 @@ def _with(motor: np.ndarray, shift: np.ndarray, amount: float, name: str) -> np.
     return motor * moved
 
 
-def largest_amount(packed: Packed, name: str) -> float:
+def _largest(packed: Packed, name: str) -> float:
     """The largest amount that a motor which turns under these voltages can have."""
     if name in ("delay", "electrical lag"):
         return MOST_TICKS if name == "delay" else MOST_LAG_S
