@@ -3,8 +3,13 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+from jaxmotor import recording
+
+PAPER = Path(recording.__file__).parent / "bundled/paper.csv"
 
 ELSEWHERE = """
 import jax, jax.numpy as jnp, numpy as np
@@ -62,3 +67,27 @@ print(jm.identify(jm.recording.bundled("paper")).motor.gain)
 def test_one_core_is_enough():
     """XLA compiles otherwise for one core than for two."""
     assert abs(float(printed(ONE_CORE, os.environ | {"JAXMOTOR_CACHE": ""})) / 10.02091043 - 1) < 1e-8
+
+
+@pytest.mark.parametrize("platforms", ["cuda", "nonsense"])
+def test_a_platform_that_is_not_there_is_said_to_be_missing(platforms: str):
+    command = [sys.executable, "-m", "jaxmotor", "identify", str(PAPER)]
+    own = os.environ | {"JAX_PLATFORMS": platforms}
+    ran = subprocess.run(command, check=False, env=own, capture_output=True, text=True)
+    assert ran.returncode == 1
+    assert ran.stderr.splitlines()[-1] == (
+        f"jaxmotor: JAX finds no device of JAX_PLATFORMS={platforms}; unset JAX_PLATFORMS, or set it to cpu"
+    )
+
+
+NOT_COMPILED = """
+import jax
+jax.config.update("jax_disable_jit", True)
+import jaxmotor as jm
+print(jm.identify(jm.recording.bundled("paper")).motor.gain, jax.config.jax_disable_jit)
+"""
+
+
+def test_simulations_are_compiled_where_a_caller_turned_that_off():
+    gain, off = printed(NOT_COMPILED, dict(os.environ)).split()
+    assert abs(float(gain) / 10.02091043 - 1) < 1e-8 and off == "True"
