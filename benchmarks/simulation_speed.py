@@ -233,7 +233,7 @@ def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -
         "simulation": lambda: residuals_program(motors, speeds, solver.given),
         "jacobian": lambda: solver.linearise(motor, free, solver.starts),
     }
-    ours = np.asarray(residuals_program(motors, speeds, solver.given)["drift"])[:, 0].T
+    ours = np.asarray(residuals_program(motors, speeds, solver.given)["drift"])[..., 0].T
     loop()
     apart = np.abs(ours - filtered)[trial.valid].max() / np.abs(filtered).max()
     times = in_turn(functions, rounds)

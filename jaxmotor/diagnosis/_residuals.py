@@ -13,13 +13,13 @@ from jaxmotor.prediction import residuals
 def residuals_program(motors: Motor, speeds: Float[Array, "motors k"], trial: Trial) -> Arrays:
     """Of each of a batch of motors whose pieces begin at `speeds`: the `plain` residual [units] and its `drift`.
 
-    Rows come first (row, motor, sequence), as they are walked through.
+    Rows come first (row, sequence, motor), as they are walked through.
     """
     plain = residuals(motors, speeds, trial)
     return {"plain": plain, "drift": drift(plain, trial)}
 
 
-def drift(plain: Float[Array, "row motors sequence"], trial: Trial) -> Float[Array, "row motors sequence"]:
+def drift(plain: Float[Array, "row sequence motors"], trial: Trial) -> Float[Array, "row sequence motors"]:
     """`plain` residuals passed through 1/(1 - ρ z⁻¹), anew in each piece.
 
     Differences of counts hardly show a small torque, positions hardly forgive a wrong initial one; a drift over
@@ -27,10 +27,10 @@ def drift(plain: Float[Array, "row motors sequence"], trial: Trial) -> Float[Arr
     """
 
     def row(
-        before: Float[Array, "motors sequence"], now
-    ) -> tuple[Float[Array, "motors sequence"], Float[Array, "motors sequence"]]:
+        before: Float[Array, "sequence motors"], now
+    ) -> tuple[Float[Array, "sequence motors"], Float[Array, "sequence motors"]]:
         residual, begins = now
-        after = residual + jnp.where(begins, 0.0, trial.memory)[None, :] * before
+        after = residual + jnp.where(begins, 0.0, trial.memory)[:, None] * before
         return after, after
 
     return scan_rows(row, jnp.zeros_like(plain[0]), (plain, trial.problem.begins.T), trial.used)[1]

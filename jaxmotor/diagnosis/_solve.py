@@ -181,13 +181,13 @@ class Solver:
         """(sequence, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
         speeds = as_begins(speeds, len(self.starts), motor)
         found = self._program(*jax.tree.flatten((self._shared(together([motor])), speeds[None])))
-        return np.asarray(found["plain"])[:, 0].T, self.rows(found["drift"])[0]
+        return np.asarray(found["plain"])[..., 0].T, self.rows(found["drift"])[0]
 
     def rows(self, drift: Any) -> np.ndarray:
-        """(k, n) of `drift` (row, k, sequence), the rows that count [standard deviations]."""
-        each = np.moveaxis(np.asarray(drift), 1, 0)
+        """(k, n) of `drift` (row, sequence, k), the rows that count [standard deviations]."""
+        each = np.asarray(drift)
         with np.errstate(over="ignore"):
-            return np.take(each.reshape(len(each), -1), self.places, axis=1) * self.scale
+            return np.take(each.reshape(-1, each.shape[-1]), self.places, axis=0).T * self.scale
 
     def _shared(self, motors: Motor) -> Motor:
         return as_shared(motors, self.sharing, self.window_s)

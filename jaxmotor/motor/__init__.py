@@ -14,7 +14,10 @@ from jaxmotor.motor._motor import SpeedLoop as SpeedLoop
 from jaxmotor.motor._motor import simulate_motor as simulate_motor
 from jaxmotor.motor._motor import steps_for as steps_for
 from jaxmotor.motor._readable import readable as readable
+from jaxmotor.motor._row_search import row_by as row_by
+from jaxmotor.motor._scan import in_chunks as in_chunks
 from jaxmotor.motor._scan import scan_rows as scan_rows
+from jaxmotor.motor._scan import some_rows as some_rows
 from jaxmotor.motor._scan import taken as taken
 from jaxmotor.motor._simulate import Motion as Motion
 from jaxmotor.motor._simulate import driven as driven

@@ -15,7 +15,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
-from jaxmotor.motor._scan import taken
+from jaxmotor.motor._row_search import row_by
+from jaxmotor.motor._scan import in_chunks, some_rows, taken
 from jaxmotor.motor.effects._base import Scalar
 
 
@@ -35,13 +36,15 @@ def late_volts(
     volts: Float[Array, "n *sequence"],
     reset: Bool[Array, "n *sequence"],
     duration: Float[Array, "n *sequence"],
+    used: Int[Array, ""] | None = None,
     *,
     early: bool,
 ) -> LateVolts:
     """Where `volts` act `delay` [s] after the begin of their row; before those of an experiment, which begins at
-    `reset`, there is none. With `early` they may act before, by a row at most."""
+    `reset`, there is none. With `early` they may act before, by a row at most. Of `used` rows, or of all."""
     # Motors side by side have an axis that rows have not.
-    delay = jnp.broadcast_to(delay, (1, *jnp.broadcast_shapes(delay.shape, volts.shape[1:])))
+    shape = jnp.broadcast_shapes(delay.shape, volts.shape[1:])
+    delay = jnp.broadcast_to(delay, (1, *shape))
     duration = jnp.broadcast_to(duration, volts.shape)
     number = jnp.arange(len(volts), dtype=jnp.int32).reshape(-1, *(1,) * (volts.ndim - 1))
     begin = jax.lax.cummax(jnp.where(reset, number, 0), axis=0)
@@ -52,29 +55,26 @@ def late_volts(
     time, charge = (
         jnp.concatenate([jnp.zeros_like(one[:1]), jnp.cumsum(one, 0)]) for one in (duration, volts * duration)
     )
-    acting = last_by(time[:-1], time - delay)
-    at, by = (jnp.clip(rows, begin - 1, last) for rows in (acting[:-1], acting[1:]))
+    every = (number, begin, last, time[:-1], time[1:], duration)
 
-    def asked(rows: Int[Array, "n *sequence"]) -> Float[Array, "n *sequence"]:
-        return jnp.where(rows < begin, 0.0, taken(volts, jnp.maximum(rows, 0)))
+    def some(first: Int[Array, ""], size: int) -> LateVolts:
+        number, begin, last, now, end, lasts = (
+            jnp.broadcast_to(some_rows(one, first, size), (size, *shape)) for one in every
+        )
+        back = jnp.ceil(delay / lasts).astype(number.dtype)
+        at = row_by(time, now - delay, begin - 1, last, number - back)
+        by = row_by(time, end - delay, begin - 1, last, at + 1)
 
-    next_time = taken(time, at + 1)
-    change = jnp.where(at < last, jnp.clip(next_time + delay - time[:-1], 0.0, duration), duration)
-    # Several in one row: each but the last acts for a row, so that what they are divided by is not small.
-    several = by > at + 1
-    lasted = jnp.where(several, time[1:] - delay - next_time, 1.0)
-    within = time[1:] - delay - taken(time, jnp.maximum(by, 0))
-    mean = (taken(charge, jnp.maximum(by, 0)) - taken(charge, at + 1) + asked(by) * within) / lasted
-    return LateVolts(asked(at), jnp.where(several, mean, asked(by)), change / duration)
+        def asked(rows: Int[Array, "some *sequence"]) -> Float[Array, "some *sequence"]:
+            return jnp.where(rows < begin, 0.0, taken(volts, jnp.maximum(rows, 0)))
 
+        next_time = taken(time, at + 1)
+        change = jnp.where(at < last, jnp.clip(next_time + delay - now, 0.0, lasts), lasts)
+        # Several in one row: each but the last acts for a row, so that what they are divided by is not small.
+        several = by > at + 1
+        lasted = jnp.where(several, end - delay - next_time, 1.0)
+        within = end - delay - taken(time, jnp.maximum(by, 0))
+        mean = (taken(charge, jnp.maximum(by, 0)) - taken(charge, at + 1) + asked(by) * within) / lasted
+        return LateVolts(asked(at), jnp.where(several, mean, asked(by)), change / lasts)
 
-def last_by(time: Float[Array, "n *row"], moment: Float[Array, "m *sequence"]) -> Int[Array, "m *sequence"]:
-    """The last row that begins by each `moment`, of those that begin at `time`; -1 where none does."""
-    bits = len(time).bit_length()
-
-    def halved(number: Int[Array, ""], found: Int[Array, "m *sequence"]) -> Int[Array, "m *sequence"]:
-        further = found + jnp.left_shift(jnp.int32(1), bits - 1 - number)
-        begins = taken(time, jnp.minimum(further, len(time) - 1)) <= moment
-        return jnp.where((further < len(time)) & begins, further, found)
-
-    return jax.lax.fori_loop(0, bits, halved, jnp.full(moment.shape, -1, jnp.int32))
+    return in_chunks(some, len(volts), used)

@@ -240,8 +240,8 @@ def simulate_motor(
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
-    What `motor` holds broadcasts against a row's sequences: with numbers of shape (k, 1) and rows of shape
-    (n, 1, sequence) it is k motors in the same sequences, and results are (n, k, sequence). A controller has one
+    What `motor` holds broadcasts against a row's sequences: with numbers of shape (k,) and rows of shape
+    (n, sequence, 1) it is k motors in the same sequences, and results are (n, sequence, k). A controller has one
     sequence and one motor.
 
     `supply` [V] is the nominal one: duty 1 is this voltage. With a `controller` the loop is closed around a reading
@@ -279,7 +279,7 @@ def simulate_motor(
 
     inputs = _inputs(rows, duration, setup.parts.early)
     if spans is None and parts.delays:
-        late_ones = late_volts(_delay(setup), rows.volts, rows.reset, duration, early=parts.early)
+        late_ones = late_volts(_delay(setup), rows.volts, rows.reset, duration, used, early=parts.early)
         inputs = inputs._replace(late=late_ones)
     _, run = scan_rows(tick, _start(setup, rows.volts[0], shape, begin, even=spans is not None), inputs, used)
     return run

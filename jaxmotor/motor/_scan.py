@@ -8,6 +8,9 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
+CHUNK = 128
+"""Rows that are computed side by side."""
+
 
 def scan_rows(
     step: Callable[[Any, Any], tuple[Any, Any]], carry: Any, rows: Any, count: Int[Array, ""] | None = None
@@ -37,3 +40,28 @@ def taken(values: Float[Array, "row ..."], rows: Int[Array, "some ..."]) -> Floa
     """`values` of `rows`, all of which there are: one index into all values takes a quarter of the time of several."""
     column = jnp.arange(math.prod(values.shape[1:]), dtype=rows.dtype).reshape(1, *values.shape[1:])
     return values.reshape(-1).at[rows * column.size + column].get(mode="promise_in_bounds")
+
+
+def in_chunks(some: Callable[[Int[Array, ""], int], Any], rows: int, used: Int[Array, ""] | None = None) -> Any:
+    """What `some(begin, number)` gives of `number` rows from `begin` on, for all `rows`: as many at a time as `CHUNK`,
+    and only the `used` ones, where that is given; of the others it is zero."""
+    if used is None:
+        return some(jnp.zeros((), jnp.int32), rows)
+    chunk = min(CHUNK, rows)
+
+    def put(number: Int[Array, ""], every: Any) -> Any:
+        at = jnp.minimum(number * chunk, rows - chunk)
+        return jax.tree.map(
+            lambda whole, part: jax.lax.dynamic_update_slice_in_dim(whole, part, at, 0), every, some(at, chunk)
+        )
+
+    shapes = jax.eval_shape(lambda at: some(at, chunk), jax.ShapeDtypeStruct((), jnp.int32))
+    every = jax.tree.map(lambda part: jnp.zeros((rows, *part.shape[1:]), part.dtype), shapes)
+    return jax.lax.fori_loop(0, (used + chunk - 1) // chunk, put, every)
+
+
+def some_rows(values: Array, begin: Int[Array, ""], number: int) -> Array:
+    """`number` rows of `values` (row, ...) from row `begin` on; all of them where they are one, or no array of rows."""
+    if values.ndim == 0 or values.shape[0] == 1:
+        return values
+    return jax.lax.dynamic_slice_in_dim(values, begin, number, 0)

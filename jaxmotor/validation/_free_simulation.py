@@ -48,7 +48,7 @@ def whole_log(motor: Motor, recording: Recording, packed: Packed) -> Log:
 
 @program
 def residuals_program(motors: Motor, speeds: Float[Array, "batch k"], log: Log) -> Arrays:
-    """(row, motor, sequence) measured minus simulated [units] of each of `motors`; zero where nothing was measured."""
+    """(row, sequence, motor) measured minus simulated [units] of each of `motors`; zero where nothing was measured."""
     return {"residuals": residuals(motors, speeds, log)}
 
 
@@ -86,7 +86,7 @@ def _placed(motor: Motor, begins: np.ndarray, log: Log) -> np.ndarray:
 
 
 def _residuals(motors: Motor, speeds: np.ndarray, log: Log) -> np.ndarray:
-    return np.asarray(residuals_program(motors, to_jax(speeds), log)["residuals"]).transpose(1, 2, 0)
+    return np.asarray(residuals_program(motors, to_jax(speeds), log)["residuals"]).T
 
 
 def simulate_model(model: Model, recording: Recording, packed: Packed) -> tuple[np.ndarray, np.ndarray]:

@@ -65,7 +65,7 @@ def test_a_window_that_is_sought_gives_the_readings_of_one_that_is_stated(spread
     for number, length in enumerate(lengths):
         stating = dataclasses.replace(recording, speed_window_s=float(length))
         packed, stated = readings(stating, Motor(linear), speeds)
-        own, valid = np.asarray(sought)[:, number].T, packed.batch.valid
+        own, valid = np.asarray(sought)[..., number].T, packed.batch.valid
         assert valid.sum() > 2 * ROWS - 50
         np.testing.assert_allclose(own[valid], np.asarray(stated).T[valid], rtol=1e-9, atol=1e-9)
         # Before a piece that begins in motion the shaft turned at that speed.
