@@ -8,10 +8,12 @@ motor, one sequence after the other, and computes of the law only what its effec
 `cc -O3 -march=native -ffast-math`, without the effects that are not there; so is the program `alone`, which long logs
 have. Both are timed in turn, in seconds of the processor. A Jacobian is what a step of a fit
 costs: the residual and its derivative by every free number. Goals: 2 x C, and 1.5 simulations for each column.
+`uneven` is the shared program for rows of lengths of their own, up to a fifth apart, over that for even ones.
 """
 
 import argparse
 import ctypes
+import dataclasses
 import secrets
 import shutil
 import statistics
@@ -27,6 +29,7 @@ import numpy as np
 from scipy.linalg import expm
 from testing.made import recording, sine, step
 
+from jaxmotor._precision import to_jax
 from jaxmotor._programs import _quickly
 from jaxmotor._runtime import keep_programs
 from jaxmotor.diagnosis._free import free_of, linear_of, together
@@ -219,6 +222,16 @@ def in_turn(functions: dict[str, Callable[[], object]], rounds: int) -> dict[str
     return times
 
 
+def uneven(trial: Trial) -> Trial:
+    """`trial` in rows of lengths of their own."""
+    period, shape = float(np.asarray(trial.problem.batch.duration)), trial.valid.shape
+    lasts = period * (1 + 0.2 * np.random.default_rng(0).uniform(-1, 1, shape))
+    batch = trial.problem.batch._replace(duration=to_jax(lasts))
+    longer = eqx.tree_at(lambda one: one.problem, trial, dataclasses.replace(trial.problem, batch=batch))
+    lengths = to_jax(np.array([period, lasts.max()]))
+    return eqx.tree_at(lambda one: one.lengths, longer, lengths, is_leaf=lambda leaf: leaf is None)
+
+
 def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -> str:
     """A row of the table."""
     trial, motor = solver.trial, motor_with(names)
@@ -231,8 +244,11 @@ def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -
         "C": loop,
         "alone": lambda: residuals_program(alone, speeds, solver.given),
         "simulation": lambda: residuals_program(motors, speeds, solver.given),
+        "uneven": lambda: residuals_program(motors, speeds, other),
         "jacobian": lambda: solver.linearise(motor, free, solver.starts),
     }
+    other = uneven(solver.given)
+    jax.block_until_ready(residuals_program(motors, speeds, other))
     ours = np.asarray(residuals_program(motors, speeds, solver.given)["drift"])[..., 0].T
     loop()
     apart = np.abs(ours - filtered)[trial.valid].max() / np.abs(filtered).max()
@@ -240,9 +256,11 @@ def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -
     each, own = ([t / WIDTH for t in times[name]] for name in ("alone", "simulation"))
     ratios = [statistics.median(a / b for a, b in zip(one, times["C"], strict=True)) for one in (each, own)]
     columns = statistics.median(j / s / len(free) for j, s in zip(times["jacobian"], own, strict=True))
+    longer = statistics.median(a / WIDTH / b for a, b in zip(times["uneven"], own, strict=True))
     cells = [f"{1e3 * statistics.median(one):.2f}" for one in (times["C"], each, own)]
     cells += [
         *(f"{ratio:.2f}" for ratio in ratios),
+        f"{longer:.2f}",
         f"{columns:.2f}",
         *(f"{one:.2f}" for one in seconds),
         f"{apart:.0e}",
@@ -259,8 +277,8 @@ def main() -> None:
     keep_programs(threads=True)
     plan = [sine(f) for f in np.geomspace(0.5, 10, 16) * 1.0037] + [step(h, 320) for h in np.linspace(2, 5.1, 10)]
     made = recording(0, friction=0.3, runs=plan)
-    print("| motor with | C, ms | alone, ms | shared, ms | x C | shared x C | simulations per column ", end="")
-    print("| lower, s | compile, s | apart |\n|---|---|---|---|---|---|---|---|---|---|")
+    print("| motor with | C, ms | alone, ms | shared, ms | x C | shared x C | uneven | simulations per column ", end="")
+    print("| lower, s | compile, s | apart |\n|---|---|---|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as name, jax.enable_x64(True):
         solver = study_of(made, POLE).solver
         for names in MOTORS:
