@@ -95,6 +95,8 @@ class Search:
         self.own = self.visited.own
         """What is the log's: no candidate, and no cause."""
         self.tried: set[Names] = set()
+        self.extended: set[Names] = set()
+        """Models beside which further effects have been tried."""
         self.shared: set[Names] = set()
         """Models of which an effect's size has been shared with its relatives."""
         self.shortened: list[Fitted] = []
@@ -198,10 +200,12 @@ class Search:
         return [name for name in fitted.names if name not in self.own]
 
     def _challenge(self, fitted: Fitted) -> None:
-        """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`."""
+        """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`; and further ones
+        beside it if it is the best since the last contest."""
         bases = self.without_each(fitted)
+        new = frozenset(fitted.names) not in self.extended and len(self._causes(fitted)) < DEPTH
         # A curve leaves little to imitate, and each further effect beside one takes long.
-        self._extend([base for base in bases if not _is_learned(base)], LATER, FAR * fitted.chi2)
+        self._extend([base for base in [*[fitted] * new, *bases] if not _is_learned(base)], LATER, FAR * fitted.chi2)
         if fitted in self.challenged:
             return
         self.challenged.append(fitted)
@@ -251,6 +255,7 @@ class Search:
         far below the base's as an effect must bring it, are given up."""
         tasks: dict[Names, tuple[Fitted, list[Candidate]]] = {}
         shared: list[tuple[Fitted, Motor]] = []
+        self.extended.update(frozenset(base.names) for base in bases)
         for base in bases:
             ranked = candidates(base, self._effect_columns(base))
             quiet = self._is_quiet(base)
@@ -408,7 +413,8 @@ class Search:
         if not self.explained.holds(fitted):
             return fitted.chi2 > self.least(shorter, LEAST)
         if not self.solver.noise_known and shorter.chi2 < 1:
-            return shorter.chi2 - fitted.chi2 < INEXACT**2 * self.linear.chi2
+            inexact = INEXACT**2 * self.linear.chi2
+            return shorter.chi2 < inexact or fitted.chi2 > self.least(shorter, LEAST)
         nearly = self.explained.enough(fitted, NEARLY)
         return self.solver.noise_known and fitted.chi2 > max(nearly, self.least(shorter, SHARE))
 
@@ -430,11 +436,17 @@ class Search:
         return Named(name, alternatives, probability, with_equal, alike, share, with_law)
 
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
-        """The candidates' columns beside `base`; of those whose programs would be new, at about its gain and pole."""
+        """The candidates' columns beside `base`; of those whose programs would be new, at about its gain and pole.
+
+        Beside the best one that leaves something more of them are worth their programs: what a law does may not show at
+        all without one that it acts through, or drown in what a larger one does.
+        """
         bare = (*self._bare_columns(base), *self._wave_columns(base))
         if self._is_quiet(base) or not self._causes(base):
             return bare
-        beside = columns_beside(self.solver, base, self.rig, self.solver.request.asked())
+        # An estimated noise may hold what laws left when it was estimated.
+        closely = base is self.visited.best() and not (self.solver.noise_known and self.explained.holds(base))
+        beside = columns_beside(self.solver, base, self.rig, self.solver.request.asked(), closely)
         known = {one.name for one in beside}
         return (*beside, *(one for one in bare if one.name not in known))
 
