@@ -37,10 +37,8 @@ def tabulated(over: Callable[[Scalar], Linear], lengths: Float[Array, " 2"]) -> 
         first = jnp.clip(jnp.floor(place).astype(jnp.int32) - (ORDER // 2 - 1), 0, NODES - ORDER)
         weights = _lagrange(place - first.astype(place.dtype))
 
-        def mean(matrices: Matrix | None) -> Matrix | None:
-            return None if matrices is None else _mean(matrices, first, weights)
-
-        return Linear(length, mean(table.closed), mean(table.open), None if table.lag is None else table.lag[0])
+        closed, open_ = jax.tree.map(lambda matrices: _mean(matrices, first, weights), (table.closed, table.open))
+        return Linear(length, closed, open_, None if table.lag is None else table.lag[0])
 
     return at
 

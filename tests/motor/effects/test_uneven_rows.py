@@ -163,6 +163,27 @@ def test_motors_of_other_delays_side_by_side_move_as_each_alone(law, x64):
         np.testing.assert_allclose(together[:, number], turned(delay)[:, 0], atol=1e-12)
 
 
+def test_rows_that_are_not_used_change_none_of_the_others(x64):
+    rng = np.random.default_rng(3)
+    duration = PERIOD * (1 + 0.4 * rng.uniform(-1, 1, (700, 2, 1)))
+    begins, volts = np.cumsum(duration, axis=0) - duration, np.repeat(rng.uniform(-6, 6, (100, 2, 1)), 7, axis=0)
+    reset = np.isin(np.arange(700), [0, 120])[:, None, None] & np.ones((1, 2, 1), bool)
+    linear = SecondOrder(*(jnp.asarray(x) for x in (GAIN, POLE, 1e-4)))
+    each = [Motor(linear, (TransportDelay.of(delay_s=delay),), jnp.asarray(0.0)) for delay in (0.0, 0.0021, 0.0173)]
+    motors = jax.tree.map(lambda *leaves: jnp.stack(leaves), *each)
+    rows = Rows(*map(jnp.asarray, (volts, reset, np.zeros((700, 2, 1)), begins)))
+    lengths = jnp.asarray([PERIOD, duration.max()])
+
+    def turned(used):
+        run = simulate_motor(motors, rows, jnp.asarray(duration), jnp.asarray(7.4), 3, used=used, lengths=lengths)
+        return np.asarray(run.turn)
+
+    every, some = turned(None), turned(jnp.int32(300))
+    assert every.shape == (700, 2, 3) and np.ptp(every[:300], axis=2).max() > 0.01
+    np.testing.assert_array_equal(some[:300], every[:300])
+    assert not some[300:].any()
+
+
 def test_a_controller_chooses_no_late_voltages_of_rows_of_lengths_of_their_own(x64):
     motor = Motor(SecondOrder(*(jnp.asarray(x) for x in (GAIN, POLE, 1e-9))), (TransportDelay.of(delay_s=0.01),))
     rows = Rows(*(jnp.asarray(x) for x in (np.ones(9), np.arange(9) == 0, np.zeros(9), PERIOD * np.arange(9))))
