@@ -36,12 +36,14 @@ def late_volts(
     volts: Float[Array, "n *sequence"],
     reset: Bool[Array, "n *sequence"],
     duration: Float[Array, "n *sequence"],
+    typical: Scalar,
     used: Int[Array, ""] | None = None,
     *,
     early: bool,
 ) -> LateVolts:
     """Where `volts` act `delay` [s] after the begin of their row; before those of an experiment, which begins at
-    `reset`, there is none. With `early` they may act before, by a row at most. Of `used` rows, or of all."""
+    `reset`, there is none. With `early` they may act before, by a row at most. Of `used` rows, or of all; `typical` is
+    about how long they last [s]."""
     # Motors side by side have an axis that rows have not.
     shape = jnp.broadcast_shapes(delay.shape, volts.shape[1:])
     delay = jnp.broadcast_to(delay, (1, *shape))
@@ -61,7 +63,7 @@ def late_volts(
         number, begin, last, now, end, lasts = (
             jnp.broadcast_to(some_rows(one, first, size), (size, *shape)) for one in every
         )
-        back = jnp.ceil(delay / lasts).astype(number.dtype)
+        back = jnp.ceil(delay / typical).astype(number.dtype)
         at = row_by(time, now - delay, begin - 1, last, number - back)
         by = row_by(time, end - delay, begin - 1, last, at + 1)
 

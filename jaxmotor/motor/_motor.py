@@ -279,7 +279,8 @@ def simulate_motor(
 
     inputs = _inputs(rows, duration, setup.parts.early)
     if spans is None and parts.delays:
-        late_ones = late_volts(_delay(setup), rows.volts, rows.reset, duration, used, early=parts.early)
+        typical = duration.max() if lengths is None else lengths[0]
+        late_ones = late_volts(_delay(setup), rows.volts, rows.reset, duration, typical, used, early=parts.early)
         inputs = inputs._replace(late=late_ones)
     _, run = scan_rows(tick, _start(setup, rows.volts[0], shape, begin, even=spans is not None), inputs, used)
     return run

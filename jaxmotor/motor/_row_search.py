@@ -19,7 +19,7 @@ def row_by(
     """The last row from `first` to `last` that begins by each `moment`, of those that begin at `time`; `first` where
     none of them does, which may be the row before the first one, -1.
 
-    It is sought from `near` on, row by row: rows of a log are about as long.
+    It is sought from `near` on, row by row.
     """
 
     def is_late(row: Int[Array, "some *sequence"]) -> Bool[Array, "some *sequence"]:

@@ -180,7 +180,7 @@ def test_rows_that_are_not_used_change_none_of_the_others(x64):
 
     every, some = turned(None), turned(jnp.int32(300))
     assert every.shape == (700, 2, 3) and np.ptp(every[:300], axis=2).max() > 0.01
-    np.testing.assert_array_equal(some[:300], every[:300])
+    np.testing.assert_allclose(some[:300], every[:300], rtol=1e-12, atol=1e-15)
     assert not some[300:].any()
 
 
