@@ -17,7 +17,7 @@ from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._shared_program import shared_names
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import OF_LOG, AbstractEffect, Rig, SpeedWindow, parameters
+from jaxmotor.motor.effects import AbstractEffect, Rig, SpeedWindow, parameters
 from jaxmotor.motor.effects._base import AbstractDelayEffect, AbstractWindingEffect
 
 
@@ -88,22 +88,19 @@ def columns_beside(
     """Of those of `effects` that have a `program_level` and share the program of `base`: what they change beside all
     that `base` has. A motor that is held at rest, or that a load drives, shows little of what they do to one without.
 
-    `closely` also of those that take a program more: lags, and laws of the winding beside another one; and of all that
-    take none, because what `base` has is in every program.
+    `closely` also of those that take a program more: lags, and laws of the winding beside another one.
     """
     names = None if is_wide(base.template.effects) else shared_names(base.motor, solver.sharing)
     if names is None:
         return ()
-    levels = {effect.program_level for effect in base.template.effects if not isinstance(effect, OF_LOG)}
     wound = any(isinstance(effect, AbstractWindingEffect) for effect in base.template.effects)
 
     def shows(effect: type[AbstractEffect]) -> bool:
         if effect.program_level is not None:
             return closely or effect.name in names
-        return closely and (levels == {0} or (wound and issubclass(effect, AbstractWindingEffect)))
+        return closely and wound and issubclass(effect, AbstractWindingEffect)
 
-    others = [one for one in effects if shows(one) and not one.sought_last and one.name not in base.names]
-    starts = [own for own in (one.starts(rig) for one in others) if not is_wide(own)]
+    starts = [one.starts(rig) for one in effects if shows(one) and not one.sought_last and one.name not in base.names]
     of = side_by_side(lambda own: _effect_columns(solver, base, own, base.motor, base.residual), starts)
     return tuple(one for its in of for one in its)
 

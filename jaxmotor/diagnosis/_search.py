@@ -203,7 +203,7 @@ class Search:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`; and further ones
         beside it if it is the best since the last contest."""
         bases = self.without_each(fitted)
-        new = frozenset(fitted.names) not in self.extended and len(self._causes(fitted)) < DEPTH
+        new = frozenset(fitted.names) not in self.extended and 0 < len(self._causes(fitted)) < DEPTH
         # A curve leaves little to imitate, and each further effect beside one takes long.
         self._extend([base for base in [*[fitted] * new, *bases] if not _is_learned(base)], LATER, FAR * fitted.chi2)
         if fitted in self.challenged:
@@ -438,8 +438,8 @@ class Search:
     def _effect_columns(self, base: Fitted) -> tuple[EffectColumns, ...]:
         """The candidates' columns beside `base`; of those whose programs would be new, at about its gain and pole.
 
-        Beside the best one that leaves something more of them are worth their programs: what a law does may not show at
-        all without one that it acts through, or drown in what a larger one does.
+        Beside the best one more of them are worth their programs: what a law does may not show at all without one that
+        it acts through, or drown in what a larger one does.
         """
         bare = (*self._bare_columns(base), *self._wave_columns(base))
         if self._is_quiet(base) or not self._causes(base):
