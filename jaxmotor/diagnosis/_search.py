@@ -203,9 +203,10 @@ class Search:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`; and further ones
         beside it if it is the best since the last contest."""
         bases = self.without_each(fitted)
-        new = frozenset(fitted.names) not in self.extended and 0 < len(self._causes(fitted)) < DEPTH
+        is_new = frozenset(fitted.names) not in self.extended and 0 < len(self._causes(fitted)) < DEPTH
+        extended = [fitted, *bases] if is_new else bases
         # A curve leaves little to imitate, and each further effect beside one takes long.
-        self._extend([base for base in [*[fitted] * new, *bases] if not _is_learned(base)], LATER, FAR * fitted.chi2)
+        self._extend([base for base in extended if not _is_learned(base)], LATER, FAR * fitted.chi2)
         if fitted in self.challenged:
             return
         self.challenged.append(fitted)

@@ -16,8 +16,8 @@ def row_by(
     last: Int[Array, "some ..."],
     near: Int[Array, "some *sequence"],
 ) -> Int[Array, "some *sequence"]:
-    """The last row from `first` to `last` that begins by each `moment`, of those that begin at `time`; `first` where
-    none of them does, which may be the row before the first one, -1.
+    """The last row from `first` to `last` that begins by each `moment` [s], of those that begin at `time` [s]; `first`
+    where none of them does, which may be the row before the first one, -1.
 
     It is sought from `near` on, row by row.
     """
