@@ -20,6 +20,7 @@ import numpy as np
 
 from jaxmotor import JaxmotorError, Motor, Recording, diagnose, identify, import_log, import_steady, join
 from jaxmotor._runtime import keep_programs
+from jaxmotor.diagnosis import FoundEffect
 from jaxmotor.estimate import Noise
 from jaxmotor.motor import Rows, simulate_motor
 from jaxmotor.motor.effects import told_parameters
@@ -142,18 +143,28 @@ def diagnosed(name: str) -> str:
     begin = time.perf_counter()
     found = diagnose(recording)
     seconds = time.perf_counter() - begin
-    effects = []
-    for effect in found.effects:
-        told = told_parameters(effect.effect)
-        sizes = ", ".join(f"{value:.3g}" for name, value in effect.parameters.items() if name in told)
-        same = [one.name for one in effect.alternatives if one.inseparable]
-        effects.append(f"{effect.name} {sizes}".strip() + (f" (or {', '.join(same)})" if same else ""))
+    told = "; ".join(map(told_cell, found.named)) or "nothing"
     more = f"; static fit {static_fit(found.motor, curve):.2f}" if name == JOINED else ""
-    more += f"; angle {found.whole.angle_fit_percent_after:.1f}"
+    more += f" | {found.whole.angle_fit_percent_after:.1f}"
     return (
-        f"| {name} | {'; '.join(effects) or 'none'} | {found.whole.before.fit_percent:.1f} "
-        f"| {found.whole.after.fit_percent:.2f}{more} | {seconds:.0f} |"
+        f"| {name} | {told} | {found.whole.before.fit_percent:.1f} | {found.whole.after.fit_percent:.2f}{more} "
+        f"| {found.outcome} | {seconds:.0f} |"
     )
+
+
+def told_cell(found: FoundEffect) -> str:
+    """A cause with its size and probability, "of" that of it or what the log does not tell from it; where no name is
+    sure the family, and what it is most like."""
+    law = found.effect
+    sizes = ", ".join(f"{found.parameters[name]:.3g}" for name in told_parameters(law) if name in found.parameters)
+    own = f"{found.probability:.2f}"
+    if any(one.inseparable for one in found.alternatives):
+        own += f" of {found.family_probability:.2f}"
+    effect = f"{found.name.replace('_', ' ')} {sizes}".strip() + f" ({own})"
+    if found.is_named:
+        return effect
+    family = (law.family or "a law") if found.is_told else "nothing sure"
+    return f"{family} ({found.of_family:.2f}), most like {effect}"
 
 
 def main() -> None:
@@ -165,8 +176,8 @@ def main() -> None:
         return
     if chosen is not None:
         keep_programs(threads=True)
-        print("| log | named | linear, fit % | with it, fit % | s |")
-        print("|---|---|---|---|---|")
+        print("| log | told | linear, fit % | with it, fit % | of the angle | verdict | s |")
+        print("|---|---|---|---|---|---|---|")
         for name in chosen or DIAGNOSED:
             print(diagnosed(name), flush=True)
         return

@@ -52,6 +52,9 @@ def import_command(
     speed_pulses: Annotated[
         float | None, typer.Option(metavar="N", help="Speeds are from the time between pulses, N per turn.")
     ] = None,
+    speed_period: Annotated[
+        float | None, typer.Option(metavar="S", help="Speeds are counts since the row before, over this fixed time.")
+    ] = None,
     wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For lengths.")] = None,
     drive: Annotated[Literal["brake", "coast"] | None, typer.Option(help="The bridge between pulses.")] = None,
     input_acts: Annotated[
@@ -96,6 +99,7 @@ def import_command(
         "counts_per_rev": counts_per_rev,
         "speed_window_s": speed_window,
         "speed_pulses_per_rev": speed_pulses,
+        "speed_period_s": speed_period,
         "drive": drive,
         "input_acts": input_acts if input_acts != "after" else None,
     }
@@ -163,7 +167,14 @@ def _wrap(text: str | None) -> int | str | None:
 
 
 def _summary(recording, output: Path) -> str:
-    from jaxmotor.recording import lost_ticks, warn_beyond_supply, warn_bunches, warn_early, warn_pulses
+    from jaxmotor.recording import (
+        lost_ticks,
+        warn_beyond_supply,
+        warn_bunches,
+        warn_early,
+        warn_fixed_time,
+        warn_pulses,
+    )
 
     segments = recording.segments
     rows = sum(map(len, segments))
@@ -171,11 +182,12 @@ def _summary(recording, output: Path) -> str:
     imported = recording.header.get("imported", {})
     above, missing = imported.get("lines_above", 0), imported.get("missing_rows", 0)
     without = f"; {above} line{'s' if above > 1 else ''} above the column names left out" if above else ""
+    without += "; the last line is cut, and left out" if "cut_lines" in imported else ""
     without += f"; {missing} rows without input or shaft are gaps" if missing else ""
     every_s = recording.header.get("readings_every_s")
     if every_s is not None:
         without += f"; the log repeated each reading for about {1e3 * every_s:.3g} ms, only new ones are kept"
-    for warn in (warn_early, warn_pulses, warn_bunches, warn_beyond_supply):
+    for warn in (warn_early, warn_pulses, warn_fixed_time, warn_bunches, warn_beyond_supply):
         without += "".join(f"; {sentence}" for sentence in warn(recording))
     if recording.period_s is None:
         return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept{without}"

@@ -175,9 +175,9 @@ def ambiguous(fitted: Fitted, spread: np.ndarray, indistinguishable: dict[tuple[
     """What depends on which of them it is."""
     notes = []
     for (name, other), instead in indistinguishable.items():
-        away, own, its = differs(fitted, spread, instead), np.exp(fitted.free[:2]), np.exp(instead.free[:2])
+        away, own, its = differs(fitted, spread, instead), fitted.motor.linear, instead.motor.linear
         moved = [
-            f"the {what} is {its[place]:.4g} {unit}, not {own[place]:.4g}"
+            f"the {what} is {float(getattr(its, what)):.4g} {unit}, not {float(getattr(own, what)):.4g}"
             for place, what, unit in ((0, "gain", "rad/s/V"), (1, "pole", "rad/s"))
             if away[place]
         ]

@@ -10,6 +10,7 @@ from jaxmotor.recording._check import check_output as check_output
 from jaxmotor.recording._check import lost_ticks as lost_ticks
 from jaxmotor.recording._check import warn_beyond_supply as warn_beyond_supply
 from jaxmotor.recording._check import warn_early as warn_early
+from jaxmotor.recording._check import warn_fixed_time as warn_fixed_time
 from jaxmotor.recording._check import warn_gaps as warn_gaps
 from jaxmotor.recording._check import warn_pulses as warn_pulses
 from jaxmotor.recording._check import warn_sign as warn_sign

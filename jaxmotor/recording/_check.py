@@ -8,6 +8,7 @@ import numpy as np
 
 from jaxmotor._arguments import is_number
 from jaxmotor.recording._bunches import warn_bunches
+from jaxmotor.recording._fixed_time import seen_fixed_time_s
 from jaxmotor.recording._jumps import check_jumps, spikes, when
 from jaxmotor.recording._pulse_windows import check_pulses, seen_pulses_per_rev
 from jaxmotor.recording._ranges import ranges
@@ -70,6 +71,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_beyond_supply(recording),
         *warn_repeats(recording),
         *warn_pulses(recording),
+        *warn_fixed_time(recording),
         *warn_spikes(recording),
     )
 
@@ -283,6 +285,21 @@ def warn_pulses(recording: Recording) -> list[str]:
     return [
         f"each new speed is 1/{number:.4g} of a turn over the time since the one before it: it seems to come from the "
         f"time between two pulses of a sensor; import the log with --speed-pulses {number:.4g}"
+    ]
+
+
+def warn_fixed_time(recording: Recording) -> list[str]:
+    """Speeds that look like those of a program that takes its rows to be even, which nobody has stated."""
+    if recording.measured != "speed" or recording.period_s is not None:
+        return []
+    if recording.speed_pulses_per_rev is not None or recording.speed_window_rows is not None:
+        return []
+    usual_s = seen_fixed_time_s(recording.segments)
+    if usual_s is None:
+        return []
+    return [
+        "where a row comes late its speed is as much higher: it seems to be what was counted since the row before, "
+        f"over a fixed time; import the log with --speed-period and that time, {usual_s:.3g} s if it is the usual one"
     ]
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from jaxmotor._arguments import check_choice, check_text, check_whole, is_number, path_of
 from jaxmotor._sentences import shown
 from jaxmotor.recording._check import lost_ticks
+from jaxmotor.recording._fixed_time import over_rows
 from jaxmotor.recording._header import RANGES
 from jaxmotor.recording._log import assemble
 from jaxmotor.recording._log_columns import Log
@@ -54,6 +55,7 @@ def import_log(
     counts_per_rev: float | int | None = None,
     speed_window_s: float | int | None = None,
     speed_pulses_per_rev: float | int | None = None,
+    speed_period_s: float | int | None = None,
     wheel_radius_m: float | int | None = None,
     drive: Drive | None = None,
     input_acts: Acts = "after",
@@ -82,7 +84,8 @@ def import_log(
     says how often a new one comes.
 
     `speed_window_s` says over how long each speed is a mean; `speed_pulses_per_rev` that each is from the time between
-    the last two pulses of a sensor, so many per turn of the output shaft.
+    the last two pulses of a sensor, so many per turn of the output shaft; `speed_period_s` that each is what was
+    counted since the row before over this fixed time, whenever that row came: it becomes the mean over the row.
 
     `columns` names the columns of a log without names, separated by commas; `drop_first` rows are left out at the
     beginning of the log and of each segment; with `decimal_comma` numbers are like 3,14.
@@ -102,11 +105,12 @@ def import_log(
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
     period_s, pulses_per_rev = _period(period_s), positive(speed_pulses_per_rev, "--speed-pulses")
-    gap_s = positive(gap_s, "--gap")
+    gap_s, fixed_s = positive(gap_s, "--gap"), positive(speed_period_s, "--speed-period")
     if gap_s is not None and time is None:
         raise RecordingError("--gap is between two time stamps; name their column (--time)")
-    if pulses_per_rev is not None and (speed is None or speed_window_s is not None):
-        raise RecordingError("--speed-pulses is of a --speed, and says over how long it is; leave --speed-window out")
+    _check_window(
+        speed, {"--speed-window": speed_window_s, "--speed-pulses": pulses_per_rev, "--speed-period": fixed_s}
+    )
     if supply_unknown and (supply_V is not None or supply is not None):
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
     table = path if isinstance(path, Table) else opened(path, columns, drop_first, decimal_comma, stated)
@@ -126,7 +130,7 @@ def import_log(
             table, bounds, stamps, stated_input, shaft, scale, nominal_V, measured, input_acts == "before"
         )
     missing = len(table) - len(log.stamps[0])
-    imported = _how(Path(table.source), input_acts, stated, period_s, gap_s)
+    imported = _how(Path(table.source), input_acts, stated, period_s, gap_s, fixed_s)
     imported |= table.left_out | ({"missing_rows": missing} if missing else {})
     recording = assemble(
         log,
@@ -139,9 +143,10 @@ def import_log(
         speed_window_s=speed_window_s,
         drive=drive,
         header={"imported": imported} | ({"supply_unknown": True} if supply_unknown else {}),
-        # Of those from pulses it is known which are new.
-        keep_repeats=pulses_per_rev is not None,
+        # Of those from pulses it is known which are new; what is counted in each row is.
+        keep_repeats=pulses_per_rev is not None or fixed_s is not None,
     )
+    recording = recording if fixed_s is None else over_rows(recording, fixed_s)
     if pulses_per_rev is not None:
         recording = _of_pulses(recording, pulses_per_rev)
     # What was counted in a row that is missing is lost.
@@ -156,6 +161,17 @@ def _of_pulses(recording: Recording, pulses_per_rev: float) -> Recording:
     if usual_s is None:
         raise RecordingError(f"{recording.source}: no speed ever changes, so no pulse is seen; check --speed")
     return dataclasses.replace(recording, speed_pulses_per_rev=pulses_per_rev, speed_window_s=usual_s)
+
+
+def _check_window(speed: str | None, stated: Mapping[str, float | None]) -> None:
+    """**Raises:** `RecordingError` where two options say over how long speeds are, or one does so of none."""
+    given = [flag for flag, value in stated.items() if value is not None]
+    if len(given) > 1:
+        raise RecordingError(f"{given[1]} says over how long each speed is; leave {given[0]} out")
+    if speed is None and given and given != ["--speed-window"]:
+        raise RecordingError(
+            f"{given[0]} is of a speed, and no column of speeds is named; leave it out, or state --speed"
+        )
 
 
 def _period(value: float | int | None) -> float | None:
@@ -200,12 +216,18 @@ def nominal(stated: Input, measured: np.ndarray | None, supply_V: float | None, 
 
 
 def _how(
-    path: Path, input_acts: str, stated: dict[str, str | None], period_s: float | None, gap_s: float | None
+    path: Path,
+    input_acts: str,
+    stated: dict[str, str | None],
+    period_s: float | None,
+    gap_s: float | None,
+    fixed_s: float | None,
 ) -> dict[str, Any]:
     """The log and how it was read, for the header: only what was stated."""
     acts: dict[str, Any] = {} if input_acts == "after" else {"input_acts": input_acts}
     acts |= {} if period_s is None else {"period_s": period_s}
     acts |= {} if gap_s is None else {"gap_s": gap_s}
+    acts |= {} if fixed_s is None else {"speed_period_s": fixed_s}
     return {"log": path.name} | acts | {key: value for key, value in stated.items() if value is not None}
 
 

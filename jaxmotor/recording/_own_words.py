@@ -15,6 +15,7 @@ ARGUMENTS = {
     "supply-column": "supply",
     "speed-window": "speed_window_s",
     "speed-pulses": "speed_pulses_per_rev",
+    "speed-period": "speed_period_s",
     "wheel-radius": "wheel_radius_m",
     "period": "period_s",
     "gap": "gap_s",

@@ -32,6 +32,7 @@ EXACT = 15
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]+,[0-9]+([eE][+-]?[0-9]+)?")
 _DECIMALS = re.compile(r"[+-]?[0-9]*\.?([0-9]*)(?:[eE]([+-]?[0-9]{1,3}))?")
 _THOUSANDS = re.compile(r"[+-]?[0-9.]*\.[0-9.,]*")
+_FIELD_ENDS = re.compile(r"[,;\t]|(?<![,;\t ]) +(?![,;\t ])")
 _WHOLE = re.compile(r"([+-]?[0-9]+)(?:\.0*)?")
 
 
@@ -47,6 +48,8 @@ class Table:
     """What `lines` count."""
     lines_above: int = 0
     """Lines of something else above the column names."""
+    is_cut: bool = False
+    """The last line ended before its last field, and is left out."""
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -54,7 +57,8 @@ class Table:
     @property
     def left_out(self) -> dict[str, int]:
         """For a header: what of the file was not read as rows."""
-        return {"lines_above": self.lines_above} if self.lines_above else {}
+        above = {"lines_above": self.lines_above} if self.lines_above else {}
+        return above | ({"cut_lines": 1} if self.is_cut else {})
 
     def fault(self, row: int, sentence: str) -> RecordingError:
         """The error about `row`, counted from 0."""
@@ -190,7 +194,8 @@ def read_table(
     What a board prints as it starts may stand above the line that names all `stated` columns (`COL` or `COL:UNIT`). The
     names may stand in the last comment line above the rows, or before each number (`pwm:200,rpm:35`). Where there
     are none, `columns` gives them, separated by commas. The first `drop` rows are left out unread. With `decimal_comma`
-    numbers are like 3,14. Times of day that a serial monitor put before its lines are left out.
+    numbers are like 3,14. Times of day that a serial monitor put before its lines are left out, and so is a last line
+    that is cut.
 
     **Raises:** `RecordingError`.
     """
@@ -198,6 +203,8 @@ def read_table(
     text = text_of(load(path), source)
     limit_rows(text.count("\n"), source)
     lines = without_arrival(text.rstrip().split("\n"))
+    if is_cut := _is_cut(text, lines):
+        lines.pop()
     top = next((row for row, line in enumerate(lines) if _is_content(line)), len(lines))
     if (labels := labels_of(lines[-1])) is not None:
         if columns is not None:
@@ -224,8 +231,14 @@ def read_table(
     rows = _split(lines[first:], delimiter, source, first + 1)
     _check_widths(rows, lines[first:], len(names), source, first + 1)
     cells = {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True) if name}
-    table = Table(source, range(first + 1, len(lines) + 1), cells, lines_above=above)
+    table = Table(source, range(first + 1, len(lines) + 1), cells, lines_above=above, is_cut=is_cut)
     return _with_points(table) if decimal_comma else table
+
+
+def _is_cut(text: str, lines: list[str]) -> bool:
+    """The log ends in the middle of a line, with fewer fields than the one above has: somebody ended the capture."""
+    fields = [len(_FIELD_ENDS.findall(line.strip())) for line in lines[-2:]]
+    return len(lines) > 2 and not text.endswith(("\n", "\r")) and fields[1] < fields[0]
 
 
 def _is_content(line: str) -> bool:

@@ -72,9 +72,9 @@ def text_of(data: bytes, source: str) -> str:
 
 def check_names(names: list[str], source: str, line: int, remedy: str) -> None:
     """**Raises:** `RecordingError` where column `names` are numbers, and what the `remedy` is, or one stands twice."""
-    if all(NUMBER.fullmatch(name) for name in names):
-        raise fault(source, line, f"numbers where the column names are expected; {remedy}")
     doubled = [name for name in names if name and names.count(name) > 1]
+    if all(NUMBER.fullmatch(name) for name in names) or any(map(NUMBER.fullmatch, doubled)):
+        raise fault(source, line, f"numbers where the column names are expected; {remedy}")
     if doubled:
         raise fault(source, line, f"column {shown(doubled[0])} stands twice; name each column once")
 

@@ -214,6 +214,31 @@ def test_what_a_board_prints_as_it_starts_stands_above_the_names(imported, above
     assert commented.header["imported"]["lines_above"] == above.count("\n")
 
 
+@pytest.mark.parametrize("end", ["0", "0.08,7", "0.08,", "t:0.08,duty:7"])
+def test_a_last_line_that_is_cut_is_left_out_and_told(imported, end):
+    """A capture that was ended in the middle of a line."""
+    named = "t:" in end
+    log = rows("t:{t:.2f},duty:{d},count:{n}\n") if named else "t,duty,count\n" + rows("{t:.2f},{d},{n}\n")
+    recording = imported(log + end, **STATED)
+    check(recording, range(8), range(8))
+    assert recording.header["imported"]["cut_lines"] == 1
+    for whole in (log, log.rstrip("\n")):
+        assert "cut_lines" not in imported(whole, **STATED).header["imported"]
+
+
+def test_a_short_line_that_ends_is_no_cut_one(refused):
+    log = "t,duty,count\n" + rows("{t:.2f},{d},{n}\n")
+    assert "line 10: 2 fields where the columns are 3; correct or delete it" in refused(log + "0.08,7\n", **STATED)
+
+
+def test_numbers_that_come_again_are_no_names(refused):
+    """Names before each number, with the same mark between all: they are columns, too."""
+    log = (
+        rows("t,{t:.2f},duty,{d},count,{n},left,0\n").replace("duty,0", "duty,0.00").replace("count,0,", "count,0.00,")
+    )
+    assert "numbers where the column names are expected; put names above them" in refused(log, **STATED)
+
+
 def test_names_that_come_again_leave_no_rows_out(refused):
     """A board that starts anew: which rows count is the user's to say."""
     log = "# t,duty,count\n" + rows("{t:.2f},{d},{n}\n")
@@ -308,7 +333,7 @@ BARE = rows("{t:.2f},{d},{n}\n")
         (PLAIN, {"count": None, "angle": "count:deg", "wrap": 16}, "belongs to count"),
         (PLAIN.replace(",83", ",800"), {"count": None, "angle": "count:deg", "wrap": "turn"}, "beyond one turn"),
         (PLAIN, {"pulses": "count"}, "exactly one of"),
-        (BARE + "0.0", {"columns": "t,duty,count"}, "line 9: 1 field where the columns are 3"),
+        (BARE + "0.0\n", {"columns": "t,duty,count"}, "line 9: 1 field where the columns are 3"),
         (PLAIN, {"count": None, "pulses": "count", "wrap": 16}, "belongs to count"),
         (PLAIN, {"count": None, "pulses": "count", "counts_per_rev": None}, "counts_per_rev"),
         (PLAIN.replace("74", "74.5"), PULSED, "not whole"),
