@@ -21,7 +21,7 @@ from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
 from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.prediction import LAG_S, Packed
-from jaxmotor.recording import Recording, warn_early, warn_spikes
+from jaxmotor.recording import Recording, warn_early, warn_fixed_time, warn_spikes
 
 SLOW = "it shows in how the speed follows a fast change: add steps, or sines near the pole's frequency"
 QUIET_LOG10_Q = -4.0
@@ -248,7 +248,7 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, p
             "motor that follows them: record steps or sines"
         )
     if error[2] > UNDETERMINED or pole_share < LEAST_POLE_SHARE:
-        [what, *_] = [*warn_spikes(recording), *warn_early(recording), SLOW]
+        [what, *_] = [*_damage(recording), *warn_early(recording), SLOW]
         raise JaxmotorError(
             f"{recording.name}: the pole is not determined by this recording (the gain is {gain:.4g} "
             f"± {1.96 * error[0]:.2g} rad/s/V); {what}"
@@ -259,10 +259,16 @@ def _signed(recording: Recording, gain: float, error: float) -> None:
     """Whether a motor that is said to turn against the voltage does."""
     if gain < 0 and 1.96 * error > -gain:
         found = with_error(gain, error, "rad/s/V")
+        [what, *_] = [*_damage(recording), "something else than the voltage moves it: record steps or sines"]
         raise JaxmotorError(
             f"{recording.name}: the gain is not determined by this recording: {found} leaves open which way the motor "
-            "turns; something else than the voltage moves it: record steps or sines"
+            f"turns; {what}"
         )
+
+
+def _damage(recording: Recording) -> list[str]:
+    """What is wrong with single readings."""
+    return [*warn_fixed_time(recording), *warn_spikes(recording)]
 
 
 def _wide(psi: np.ndarray, covariance: np.ndarray, chi2: float) -> list[str]:

@@ -8,31 +8,21 @@ import numpy as np
 
 from jaxmotor._arguments import is_number
 from jaxmotor.recording._bunches import warn_bunches
+from jaxmotor.recording._direction import SLOWEST_RAD_S, warn_early, warn_sign
 from jaxmotor.recording._fixed_time import seen_fixed_time_s
 from jaxmotor.recording._jumps import check_jumps, spikes, when
 from jaxmotor.recording._pulse_windows import check_pulses, seen_pulses_per_rev
 from jaxmotor.recording._ranges import ranges
 from jaxmotor.recording._read import recording_of
-from jaxmotor.recording._recording import Recording, RecordingError, Segment, mean_speeds
+from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._supply import begins_at_V, logs_supply
 
 SATURATED_SHARE = 0.2
 """Share of saturated rows of a sine that is still no warning."""
 CALIBRATION = 0.02
 """Relative difference of a stated and a logged supply that a divider may have."""
-SLOWEST_RAD_S = 1e-9
-"""A speed, or a change of it, that is none: a turn in 200 years."""
-FEW_BACK = 0.15
-"""Share of rows that turn back where speeds have no sign: undoing a filter that smoothed them may make some."""
-STILL, STRUCK = 0.05, 0.5
-"""Of the largest speed, what is next to none, and what no shaft reaches before it is driven: read half a row late at
-most, few motors are that fast."""
 BEYOND = 1.1
 """Times the supply, up to which an input may be measured with an error, or at a battery that is full."""
-EARLY = (
-    "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
-    "on; import it with --input-acts before"
-)
 NO_WINDOW = (
     "it is not known over how long each speed was averaged; state speed_window_s (jaxmotor import: --speed-window; 0 "
     "for an instantaneous one), or a delay will be seen that the motor does not have"
@@ -199,42 +189,6 @@ def warn_overlap(recording: Recording) -> list[str]:
     if not early:
         return []
     return [f"{_segments(early)}: begins before the one before it ended; correct start_s, or drifts cannot be told"]
-
-
-def warn_sign(recording: Recording) -> list[str]:
-    """A shaft that turns against the voltage, or forward whatever the voltage is."""
-    volts = np.concatenate([segment.volts[:-1] for segment in recording.segments])
-    speed = np.concatenate([mean_speeds(recording, segment) for segment in recording.segments])
-    if _is_magnitude(volts, speed):
-        return ["speeds have no sign: the motor is driven back and seems to turn on; give each that of its direction"]
-    if volts @ speed >= -0.1 * np.linalg.norm(volts) * np.linalg.norm(speed):
-        return []
-    return ["the motor turns against the voltage; swap the sign of the input or of the output"]
-
-
-def warn_early(recording: Recording) -> list[str]:
-    """A shaft that is still while there is no voltage, but for the last row of that, from which on it turns."""
-    return [EARLY] if any(_is_early(recording, segment) for segment in recording.segments) else []
-
-
-def _is_early(recording: Recording, segment: Segment) -> bool:
-    first = int(np.argmax(segment.volts != 0))
-    if first < 2:
-        return False
-    speed = mean_speeds(recording, segment)
-    share = speed / max(np.abs(speed).max(), SLOWEST_RAD_S)
-    # A reading that is off goes back in the next row, or back and forth.
-    goes_on = len(share) > first and (np.sign(share[first - 1]) * share[first - 1 : first + 1] > STRUCK).all()
-    return bool(np.abs(share[: first - 1]).max() < STILL and goes_on)
-
-
-def _is_magnitude(volts: np.ndarray, speed: np.ndarray) -> bool:
-    """The shaft hardly ever turns back, and follows the size of voltages of either sign better than the voltages."""
-    back = volts < 0
-    if not (back.any() and (volts > 0).any()) or (speed < 0).mean() > FEW_BACK:
-        return False
-    follows = abs(volts) @ speed > 2 * abs(volts @ speed)
-    return bool(follows and speed[back].mean() > 0.2 * speed[~back].mean())
 
 
 def check_window(recording: Recording) -> None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import os
+import statistics
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,7 @@ def join(recordings: Iterable[Recording | str | os.PathLike[str]]) -> Recording:
     """`recordings`, or those in the files of these paths, of one motor on one rig, end to end.
 
     What only some of them state is taken for all, except what says how rows are to be read: the period, the window of
-    speeds, the delay of duties. A pause of a second is put between them.
+    speeds, the delay of duties. Where only some hold duties, all hold volts. A pause of a second is put between them.
 
     **Raises:** `RecordingError` where they were not measured alike, or contradict each other.
     """
@@ -50,8 +51,9 @@ def join(recordings: Iterable[Recording | str | os.PathLike[str]]) -> Recording:
                 "alike"
             )
     pulses = first.speed_pulses_per_rev
-    # Over how long speeds from pulses usually are is no property of the rig.
-    rig = [name for name in SHARED if pulses is None or name != "speed_window_s"]
+    in_rows = all(one.speed_window_rows is not None and one.speed_window_s for one in recordings)
+    # Over how long speeds from pulses, or over rows, usually are is no property of the rig.
+    rig = [name for name in SHARED if (pulses is None and not in_rows) or name != "speed_window_s"]
     shared = {name: _agreed(recordings, name) for name in rig}
     segments: list[Segment] = []
     begin = 0.0
@@ -61,6 +63,11 @@ def join(recordings: Iterable[Recording | str | os.PathLike[str]]) -> Recording:
         begin += last + PAUSE_S
     if pulses is not None:
         shared["speed_window_s"] = usual_window_s(segments, pulses)
+    elif in_rows:
+        shared["speed_window_s"] = statistics.median(one.speed_window_s or 0.0 for one in recordings)
+    if any(one.duty is None for one in segments):
+        segments = [dataclasses.replace(one, duty=None) for one in segments]
+        shared["duty_full_scale"] = None
     header = {key: value for recording in reversed(recordings) for key, value in recording.header.items()}
     header["joined"] = [Path(recording.source).name for recording in recordings]
     resets = len(recordings) > 1 or first.count_resets

@@ -15,14 +15,13 @@ from jaxmotor.recording._check import (
     check_output,
     check_sines,
     warn_beyond_supply,
-    warn_early,
     warn_lost_ticks,
     warn_overlap,
     warn_repetition,
     warn_saturation,
-    warn_sign,
     warn_unknowns,
 )
+from jaxmotor.recording._direction import warn_early, warn_sign
 from jaxmotor.recording._jumps import check_jumps, spikes
 from jaxmotor.recording._read import parse
 
@@ -309,6 +308,25 @@ def test_sign():
     one_way = np.where(SOUND["steps"] > 0, size, 0.0)
     assert warn_sign(moved(one_way)) == []
     assert warn_sign(moved(np.where(one_way, one_way, -0.2), friction=0.5)) == []
+
+
+@pytest.mark.parametrize("name", ["steps", "sine", "PRBS", "chirp"])
+def test_inputs_without_their_sign(name):
+    """A program that prints the PWM and keeps the direction for itself."""
+    recording = moved(SOUND[name], friction=0.3)
+    for sign in (1.0, -1.0):
+        sizes = dataclasses.replace(recording.segments[0], volts=sign * np.abs(SOUND[name]))
+        assert "seem to be sizes" in warn_sign(dataclasses.replace(recording, segments=(sizes,)))[0]
+    one_way = moved(np.maximum(SOUND[name], 0.0), friction=0.3)
+    assert warn_sign(one_way) == []
+
+
+def test_a_shaft_that_swings_back_is_no_lost_sign():
+    """A load on a spring, at a voltage that is switched on once; and one that turns back while nothing drives it."""
+    swing = 30 * np.cos(0.1 * TICKS) * np.exp(-0.01 * TICKS)
+    assert warn_sign(spun(swing[:1500], np.full(1500, 6.0))) == []
+    back = np.where(TICKS % 400 < 200, 20.0, -10.0)
+    assert warn_sign(spun(back, np.where(TICKS % 400 < 200, 6.0, 0.0))) == []
 
 
 def test_a_shaft_that_moves_before_it_is_driven():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from jaxmotor.cli import main
-from jaxmotor.recording import RecordingError, import_log, import_steady, join, read
+from jaxmotor.recording import RecordingError, import_log, import_steady, join, read, write
 
 CURVE = "u,y\n-2,-100.5\n0,0\n1,50\n2,101\n"
 LOG = "t_s,u,y\n" + "".join(f"{0.02 * k:.2f},{1 + k % 2},{40 + k % 7}\n" for k in range(50))
@@ -91,6 +91,35 @@ def test_what_contradicts_is_refused(files, name, value, sentence):
     other = dataclasses.replace(curve_of(files, drive="brake"), **{name: value})
     with pytest.raises(RecordingError, match=sentence):
         join([log, other])
+
+
+def test_where_only_some_hold_duties_all_hold_volts(files):
+    """One run at full duty, 1, among others at parts of it."""
+    flags: dict[str, Any] = {"time": "t", "input": "u:duty:1", "angle": "y:rad", "supply_V": 6.0}
+    for name, duty in (("half", 0.5), ("whole", 1)):
+        rows = "".join(f"{0.02 * k:.2f},{duty if k > 5 else 0},{0.1 * max(k - 5, 0) ** 1.5:.6f}\n" for k in range(40))
+        (files / f"{name}.csv").write_text("t,u,y\n" + rows)
+    half, whole = (import_log(files / f"{name}.csv", **flags) for name in ("half", "whole"))
+    assert half.segments[0].duty is None and whole.segments[0].duty is not None
+    for both in ([half, whole], [whole, half]):
+        write(join(both), files / "both.csv")
+        again = read(files / "both.csv")
+        assert sorted(segment.volts.max() for segment in again.segments) == [3.0, 6.0]
+        assert again.duty_full_scale is None
+    two = join([whole, whole])
+    assert two.duty_full_scale == 1 and all(segment.duty is not None for segment in two.segments)
+
+
+def test_over_how_long_a_row_usually_is_may_differ(files):
+    uneven = np.cumsum(np.random.default_rng(0).uniform(0.015, 0.025, 50))
+    logs = []
+    for name, time in (("one", uneven), ("other", 1.1 * uneven)):
+        rows = "".join(f"{t:.4f},{k % 2},{k % 7}\n" for k, t in enumerate(time))
+        (files / f"{name}.csv").write_text("t,u,y\n" + rows)
+        logs.append(import_log(files / f"{name}.csv", time="t", input="u:V", speed="y:rad/s", speed_period_s=0.02))
+    both = join(logs)
+    assert both.speed_window_rows == 1
+    assert logs[0].speed_window_s < both.speed_window_s < logs[1].speed_window_s
 
 
 def test_what_was_measured_otherwise_is_refused(files):
