@@ -185,6 +185,32 @@ def busy_loop(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     return Printed(lines, _counted(motor, "millis:ms", "count"))
 
 
+def serial_port(motor: BoardMotor, rng: np.random.Generator) -> Printed:
+    """A computer that stamps a row, sends the duty, and asks for the count, which it gets a little later each time."""
+    lines, heights = ["t,pwm,count"], steps(rng, 0.6, 60, 250)
+    while motor.time_s < 45:
+        time_s = motor.time_s
+        duty = int(heights(time_s, motor))
+        motor.advance(duty / FULL, 0.0002 + rng.exponential(0.0007))
+        lines.append(f"{time_s:.6f},{duty},{counts(motor)}")
+        motor.advance(duty / FULL, rng.uniform(0.006, 0.012))
+    return Printed(lines, _counted(motor, "t", "count"))
+
+
+def late_loop(motor: BoardMotor, rng: np.random.Generator) -> Printed:
+    """A loop of 20 ms that takes itself to be on time, while its radio holds it up now and then; rad/s of counts."""
+    lines, before = ["t,pwm,w"], 0
+
+    def wait_s() -> float:
+        return 0.02 * (rng.uniform(3, 8) if rng.random() < 0.01 else rng.uniform(0.99, 1.03))
+
+    for time_s, duty, now in ticks(motor, steps(rng, 0.7, 60, 250), 60, wait_s):
+        speed = (counts(now) - before) / motor.counts_per_rev * 2 * math.pi / 0.02
+        before = counts(now)
+        lines.append(f"{time_s:.5f},{duty},{speed:.3f}")
+    return Printed(lines, ["--time", "t", *_duty(motor, "pwm"), "--speed", "w:rad/s", "--speed-period", "0.02"])
+
+
 def falling_battery(motor: BoardMotor, rng: np.random.Generator) -> Printed:
     """A battery that falls by a few percent, which is not logged; random steps every 10 ms."""
     motor.falls_per_s = rng.uniform(0.04, 0.12) / 90
@@ -336,6 +362,8 @@ PROGRAMS: dict[str, Program] = {
         magnet,
         tachometer,
         busy_loop,
+        serial_port,
+        late_loop,
         falling_battery,
         one_step,
         staircase,

@@ -35,7 +35,7 @@ from jaxmotor.estimate._start import pole_range
 from jaxmotor.estimate._timing import MOST_ROWS
 from jaxmotor.estimate._traces import chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor import FirstOrder
-from jaxmotor.prediction import Packed, Problem, as_angles, as_problem, coarse_stamps, holding, pack
+from jaxmotor.prediction import Packed, Problem, as_angles, as_problem, coarse_stamps, holding, late_readings, pack
 from jaxmotor.recording import Recording, Which, check, chosen_segments, is_steady, recording_of
 
 METHODS = Literal["exact", "paper"]
@@ -44,7 +44,7 @@ FIRST_OFFSET_ROWS = 0.05
 """Timing offset from which it is sought."""
 ONE_VOLTAGE = 0.05
 """Part of a voltage by which others are no second one."""
-STAMPS = "the time stamps are coarse: "
+STAMPS = "the time stamps are "
 """How the note on them begins."""
 NOT_CONVERGED = "the fit to the frequency response did not converge; gain and pole come from the whole recording"
 
@@ -158,17 +158,29 @@ def prepare(recording: Recording, hold_out: Which = (), few_shapes: bool = False
     notes = check(recording)
     held_out = chosen_segments(recording, hold_out)
     fitted = _fitted(recording, held_out)
-    resolution = coarse_stamps(recording, fitted)
-    if resolution is not None:
-        recording = as_angles(recording)
-        coarse = f"{STAMPS}whole multiples of {1e3 * resolution:g} ms bring more error than the encoder's rounding"
-        notes = (*notes, f"{coarse}, so the error of a reading is estimated; print the time in microseconds")
+    stamps = _stamps_note(recording, fitted)
+    if stamps:
+        recording, notes = as_angles(recording), (*notes, stamps)
     average = average_seen(recording, fitted)
     if average is not None:
         recording = stated(recording, average)
         notes = (*check(recording), average.sentence)
     packed = pack(recording, fitted, few_shapes=few_shapes)
     return Prepared(recording, fitted, held_out, packed, average, notes)
+
+
+def _stamps_note(recording: Recording, fitted: tuple[int, ...]) -> str:
+    """Where the stamps of counts bring more error than their rounding, why; else nothing."""
+    resolution = coarse_stamps(recording, fitted)
+    spread = late_readings(recording, fitted) if resolution is None else None
+    if resolution is not None:
+        why, advice = f"coarse: whole multiples of {1e3 * resolution:g} ms bring", "print the time in microseconds"
+    elif spread is not None:
+        why = f"off: readings come {1e3 * spread:.2g} ms (standard deviation) from them at random, which brings"
+        advice = "let the board that reads the count stamp it, too"
+    else:
+        return ""
+    return f"{STAMPS}{why} more error than the encoder's rounding, so the error of a reading is estimated; {advice}"
 
 
 def _fitted(recording: Recording, held_out: tuple[int, ...]) -> tuple[int, ...]:

@@ -56,3 +56,4 @@ from jaxmotor.prediction._smoothing import smoothing as smoothing
 from jaxmotor.prediction._smoothing import unsmoothed as unsmoothed
 from jaxmotor.prediction._stamps import as_angles as as_angles
 from jaxmotor.prediction._stamps import coarse_stamps as coarse_stamps
+from jaxmotor.prediction._stamps import late_readings as late_readings
