@@ -7,6 +7,7 @@ from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, LEAST, Explained, Found
 from jaxmotor.diagnosis._free import is_possible, linear_of
 from jaxmotor.diagnosis._held_out import hold_out
+from jaxmotor.diagnosis._reading_time import ReadingTime, reading_time
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
 from jaxmotor.diagnosis._residual_voltage import ResidualVoltage, residual_voltage
@@ -64,6 +65,8 @@ class Explanation(NamedTuple):
     found: Found
     before: Residual
     after: Residual
+    reading: ReadingTime | None
+    """When rows were read, if that is not when voltages change: the study is of readings as they would be then."""
 
 
 class _Searched(NamedTuple):
@@ -81,11 +84,32 @@ class _Searched(NamedTuple):
 
 def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Explanation:
     """`recording`, whose linear motor `identify` has found as `fit`."""
-    fit, study, search, found, before = _in_own_noise(_carried_over(_searched(recording, fit, request, seed)))
-    after = _residual(study, found.fitted, seed) if found.named else before
-    if found.named and _is_disturbance(study, found, (*before.dependences, *after.dependences)):
-        found, after = Found(found.linear, found.linear, (), {}, {}), before
-    return Explanation(fit, study, search, found, before, after)
+    known = _in_own_noise(_carried_over(_searched(recording, fit, request, seed)))
+    known, reading = _in_time(known, request, seed)
+    if not known.found.named:
+        return Explanation(*known, known.before, reading)
+    after = _residual(known.study, known.found.fitted, seed)
+    if not _is_disturbance(known.study, known.found, (*known.before.dependences, *after.dependences)):
+        return Explanation(*known, after, reading)
+    linear = known.found.linear
+    return Explanation(*known._replace(found=Found(linear, linear, (), {}, {})), known.before, None)
+
+
+def _in_time(known: _Searched, request: Request, seed: int) -> tuple[_Searched, ReadingTime | None]:
+    """`known`, where its motor with effects tells that rows were not read when voltages change, searched anew in a log
+    that states when: a law may have imitated that."""
+    if not known.found.named:
+        return known, None
+    study, found = known.study, known.found
+    first = reading_time(study, found.linear, found.fitted)
+    if first is None:
+        return known, None
+    untimed = dataclasses.replace(known.fit, timing=None)
+    again = _carried_over(_searched(first.study.recording, untimed, request, seed, ROUNDS, known))
+    last = reading_time(study, again.found.linear, again.found.fitted, first.timing.offset_s)
+    if last is None:
+        return known, None
+    return _in_own_noise(_at(again, last.study, last.linear, last.fitted)), last
 
 
 def _searched(
@@ -251,13 +275,17 @@ def _in_own_noise(known: _Searched) -> _Searched:
         return known
     noise, before = quieter.packed.observation.noise, study.packed.observation.noise
     chi2 = known.fit.chi2_per_sample * (before.level / noise.level) ** 2
+    now = known._replace(fit=dataclasses.replace(known.fit, noise=noise, chi2_per_sample=chi2))
+    return _at(now, quieter, linear, fitted)
+
+
+def _at(known: _Searched, study: Study, linear: Fitted, fitted: Fitted) -> _Searched:
+    """`known` with another `study` of its rows, to which its motors were fitted."""
+    before = scored(study.solver, linear.motor, study.recording, study.packed, linear.speeds)
     return known._replace(
-        fit=dataclasses.replace(known.fit, noise=noise, chi2_per_sample=chi2),
-        study=quieter,
-        before=known.before._replace(
-            scored=scored(quieter.solver, linear.motor, quieter.recording, quieter.packed, linear.speeds)
-        ),
-        found=dataclasses.replace(found, linear=linear, fitted=fitted),
+        study=study,
+        before=known.before._replace(scored=before),
+        found=dataclasses.replace(known.found, linear=linear, fitted=fitted),
     )
 
 

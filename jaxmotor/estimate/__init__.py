@@ -1,5 +1,6 @@
 """From recordings to motors: sine fit, response fit, trajectory fit, and how sure each is."""
 
+from jaxmotor.estimate._assess import EVIDENCE as EVIDENCE
 from jaxmotor.estimate._assess import Assessment as Assessment
 from jaxmotor.estimate._assess import assess as assess
 from jaxmotor.estimate._assess import colour as colour
