@@ -154,7 +154,7 @@ def diagnosed(name: str) -> str:
 
 def told_cell(found: FoundEffect) -> str:
     """A cause with its size and probability, "of" that of it or what the log does not tell from it; where no name is
-    sure the family, and what it is most like."""
+    sure the family, and what it is most like; else what is unsure."""
     law = found.effect
     sizes = ", ".join(f"{found.parameters[name]:.3g}" for name in told_parameters(law) if name in found.parameters)
     own = f"{found.probability:.2f}"
@@ -163,8 +163,9 @@ def told_cell(found: FoundEffect) -> str:
     effect = f"{found.name.replace('_', ' ')} {sizes}".strip() + f" ({own})"
     if found.is_named:
         return effect
-    family = (law.family or "a law") if found.is_told else "nothing sure"
-    return f"{family} ({found.of_family:.2f}), most like {effect}"
+    return (
+        f"{law.family or 'a law'} ({found.of_family:.2f}), most like {effect}" if found.is_told else f"unsure: {effect}"
+    )
 
 
 def main() -> None:
