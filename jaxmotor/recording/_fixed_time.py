@@ -22,7 +22,8 @@ SLOPE, ERROR = 0.2, 0.1
 def over_rows(recording: Recording, fixed_s: float) -> Recording:
     """`recording`, whose speeds were taken over `fixed_s` [s], with means over the time since the row before."""
     times = [_since_before(segment) for segment in recording.segments]
-    usual_s = recording.period_s or float(np.median(np.concatenate([time[1:] for time in times])))
+    steps = np.concatenate([time[1:] for time in times])
+    usual_s = recording.period_s or (float(np.median(steps)) if len(steps) else fixed_s)
     segments = tuple(
         dataclasses.replace(segment, speed_rad_s=segment.shaft * np.append(fixed_s / usual_s, fixed_s / time[1:]))
         for segment, time in zip(recording.segments, times, strict=True)
