@@ -1,8 +1,9 @@
 """Logs whose counts are latched a part of a tick before or after the voltage changes, and which do not say so.
 
-    make -C firmware plant && python benchmarks/timing.py [MOTORS]
+    make -C firmware plant && python benchmarks/timing.py [MOTORS] [--friction]
 
-Random motors on random plans without closed loops, in the emulated bench's plant; nothing else is hidden. For each: by
+Random motors on random plans without closed loops, in the emulated bench's plant; nothing else is hidden, or Coulomb
+friction of 2 to 8 % of the supply. For each: by
 how much the offset is found wrong [% of a tick], whether the 95 % intervals of gain and pole hold the truth (from
 `identify`, from `diagnose`), and what `diagnose` says.
 """
@@ -38,14 +39,17 @@ class Truth(NamedTuple):
     """[rad/s]"""
 
 
-def late_recording(seed: int, largest: float = LARGEST, most: int = 100) -> tuple[Recording, Truth]:
+def late_recording(
+    seed: int, largest: float = LARGEST, most: int = 100, friction: bool = False
+) -> tuple[Recording, Truth]:
     """A recording whose counts are off by up to `largest` of a tick, of at most `most` segments; what is behind it."""
     rng = np.random.default_rng([seed, 15])
     rig = draw_rig(rng)
     offset = rng.uniform(-largest, largest) * rig.period_s
     plan = [experiment for experiment in draw_plan(rig, rng) if not isinstance(experiment.drive, Loop)]
     segments, start, rest = [], 0.0, STILL_S + 12 / rig.pole
-    with Plant(plant_file(rig, {})) as plant:
+    hidden = {"coulomb_friction": {"volts_V": rng.uniform(0.02, 0.08) * rig.supply_V}} if friction else {}
+    with Plant(plant_file(rig, hidden)) as plant:
         for experiment in plan[:most]:
             plant.hold(0.0, rest)
             start = round(start + rest, 6)
@@ -90,13 +94,15 @@ def assessed(found: Timing | None, motor: Any, errors: tuple[float, float], trut
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("motors", metavar="MOTORS", nargs="?", type=int, default=MOTORS)
-    motors = parser.parse_args().motors
+    parser.add_argument("--friction", action="store_true")
+    chosen = parser.parse_args()
+    motors = chosen.motors
     print("                    identify               diagnose")
     print("seed  tick  offset  offset   gain   pole   offset   gain   pole")
     print("        ms  % tick  % tick  s. e.  s. e.   % tick  s. e.  s. e.   verdict, effects")
     every, named = [], 0
     for seed in range(motors):
-        recording, truth = late_recording(seed)
+        recording, truth = late_recording(seed, friction=chosen.friction)
         fit, diagnosis = identify(recording), diagnose(recording)
         error = diagnosis.standard_error
         own = assessed(fit.timing, fit.motor, (float(fit.standard_error.gain), float(fit.standard_error.pole)), truth)
