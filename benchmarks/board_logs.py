@@ -87,8 +87,7 @@ def is_right(log: BoardLog, found: Diagnosis) -> bool:
 def _off(log: BoardLog, found: Diagnosis) -> str:
     """Gain and pole less the true ones, in standard errors."""
     motor, own = log.motor, found.motor.linear
-    damping = motor.viscous + motor.torque_Nm_A**2 / motor.resistance
-    true = {"gain": motor.torque_Nm_A / motor.resistance / damping, "pole": damping / motor.inertia}
+    true = {"gain": motor.torque_Nm_A / motor.resistance / motor.damping_Nm_s, "pole": motor.pole_rad_s}
     error = dict(zip(true, found.standard_error.values(), strict=False))
     return ", ".join(f"{(float(getattr(own, name)) - value) / error[name]:.1f}" for name, value in true.items())
 

@@ -92,6 +92,15 @@ class BoardMotor:
         detents = self.detent_Nm * math.sin(self.detents * angle_rad)
         return self.drag * speed * abs(speed) + self.arm_Nm * math.sin(angle_rad) + detents
 
+    @property
+    def damping_Nm_s(self) -> float:
+        """Of the shaft, by friction and back-EMF."""
+        return self.viscous + self.torque_Nm_A**2 / self.resistance
+
+    @property
+    def pole_rad_s(self) -> float:
+        return self.damping_Nm_s / self.inertia
+
     def _rubs(self, speed: float, torque: float) -> float:
         """Torque of dry friction, which stops a shaft and never turns it."""
         if speed == 0.0:

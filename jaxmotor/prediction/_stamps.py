@@ -56,14 +56,14 @@ def late_readings(recording: Recording, segments: tuple[int, ...]) -> float | No
         return None
     rows = log_rows(recording, segments)
     rows = rows.first(min(ENOUGH, len(rows.volts)))
-    if rows.counts.sum() < FEWEST:
+    known = rows.counts & (np.abs(rows.speed) > 0)
+    if known.sum() < FEWEST:
         return None
     turn = flexible_model(rows).residual * rows.duration
-    known = rows.counts & (np.abs(rows.speed) > 0)
     once, twice = (_covariance(turn, known, rows.piece, lag) for lag in (1, 2))
     square = float(np.mean(rows.speed[known] ** 2))
     excess = twice - once - 1 / 12
-    return float(np.sqrt(excess / square)) if excess > 1 / 12 and square > 0 else None
+    return float(np.sqrt(excess / square)) if excess > 1 / 12 else None
 
 
 def _covariance(values: np.ndarray, known: np.ndarray, piece: np.ndarray, lag: int) -> float:

@@ -104,8 +104,8 @@ def import_log(
     shaft.check()
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
-    period_s, pulses_per_rev = _period(period_s), positive(speed_pulses_per_rev, "--speed-pulses")
-    gap_s, fixed_s = positive(gap_s, "--gap"), positive(speed_period_s, "--speed-period")
+    period_s, fixed_s = _period(period_s, "--period"), _period(speed_period_s, "--speed-period")
+    gap_s, pulses_per_rev = positive(gap_s, "--gap"), positive(speed_pulses_per_rev, "--speed-pulses")
     if gap_s is not None and time is None:
         raise RecordingError("--gap is between two time stamps; name their column (--time)")
     _check_window(
@@ -174,10 +174,10 @@ def _check_window(speed: str | None, stated: Mapping[str, float | None]) -> None
         )
 
 
-def _period(value: float | int | None) -> float | None:
-    period_s, (least, most) = positive(value, "--period"), RANGES["period_s"]
+def _period(value: float | int | None, flag: str) -> float | None:
+    period_s, (least, most) = positive(value, flag), RANGES["period_s"]
     if period_s is not None and not least <= period_s <= most:
-        raise RecordingError(f"--period is {period_s:g}; rows are {least:g} to {most:g} s apart")
+        raise RecordingError(f"{flag} is {period_s:g}; rows are {least:g} to {most:g} s apart")
     return period_s
 
 

@@ -26,8 +26,7 @@ def test_a_single_step_tells_the_pole_and_says_how_well(seed, tmp_path):
     """Nearly all of it is in one block of rows."""
     log = draw_log("one_step", seed)
     motor, found = log.motor, identify(imported(log, tmp_path / "step"))
-    pole = (motor.viscous + motor.torque_Nm_A**2 / motor.resistance) / motor.inertia
-    error = float(found.standard_error.pole)
+    pole, error = motor.pole_rad_s, float(found.standard_error.pole)
     assert abs(float(found.motor.pole) - pole) < 3 * error < 0.3 * pole
     assert not any("does not explain" in note for note in found.notes)
 

@@ -38,12 +38,8 @@ def drawn(seed: int) -> BoardMotor:
     return dataclasses.replace(draw_log("serial_port", seed).motor, angle_rad=0.0, speed_rad_s=0.0, time_s=0.0)
 
 
-def pole_of(motor: BoardMotor) -> float:
-    return (motor.viscous + motor.torque_Nm_A**2 / motor.resistance) / motor.inertia
-
-
 def errors_off(found: Diagnosis, motor: BoardMotor) -> float:
-    return (float(found.motor.linear.pole) - pole_of(motor)) / found.standard_error["pole_rad_s"]
+    return (float(found.motor.linear.pole) - motor.pole_rad_s) / found.standard_error["pole_rad_s"]
 
 
 @pytest.mark.parametrize(("seed", "share"), [(4, 0.05), (5, 0.2)])

@@ -114,6 +114,8 @@ def test_what_cannot_be_is_refused(tmp_path):
     time = FIXED_S * np.arange(20)
     with pytest.raises(RecordingError, match="speed_period_s is 0"):
         log(tmp_path, time, time, time, speed_period_s=0)
+    with pytest.raises(RecordingError, match=r"speed_period_s is 1e\+308; rows are"):
+        log(tmp_path, time, time, time, speed_period_s=1e308)
     with pytest.raises(
         RecordingError, match="speed_period_s says over how long each speed is; leave speed_window_s out"
     ):
