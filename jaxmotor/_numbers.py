@@ -10,9 +10,9 @@ def with_error(value: float, error: float, unit: str) -> str:
     """`value ± 95 % half-width unit`, with as many digits as the error allows; `value unit (not determined)` where the
     half-width is more than `USELESS` times the value."""
     half = 1.96 * error
-    if not math.isfinite(half) or half <= 0:
+    if math.isnan(half) or half <= 0:
         return f"{value:.6g} {unit}".rstrip()
-    if half > USELESS * abs(value) > 0:
+    if math.isinf(half) or half > USELESS * abs(value) > 0:
         return f"{value:.3g} {unit}".rstrip() + " (not determined)"
     digits = _digits(half)
     if digits > 12:
@@ -30,7 +30,9 @@ def if_determined(value: float, error: float, unit: str) -> str:
 def as_known(value: float, error: float, unit: str) -> str:
     """`value unit` with as many digits as `between` gives its limits."""
     half = 1.96 * error
-    if not math.isfinite(half) or half <= 0 or half < 1e-12 * abs(value):
+    if math.isinf(half):
+        return f"{value:.3g} {unit}".rstrip()
+    if math.isnan(half) or half <= 0 or half < 1e-12 * abs(value):
         return f"{value:.6g} {unit}".rstrip()
     return f"{value:.{_digits(half)}f} {unit}".rstrip()
 

@@ -23,11 +23,12 @@ APART = 5.0
 def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     """Of the free numbers of `fitted`, whose rows belong to blocks `block` (n,); inf on the diagonal of any unknown."""
     layout = fitted.layout
-    known = np.isfinite(fitted.jacobian).all(axis=0)
-    jacobian = np.where(known, fitted.jacobian, 0.0)
     prior = np.diag(1 / layout.spread**2)
     if layout.ties is not None:
         prior += layout.ties.T @ layout.ties
+    shows = fitted.jacobian.any(axis=0) | (np.diag(prior) > 0)
+    known = np.isfinite(fitted.jacobian).all(axis=0) & shows
+    jacobian = np.where(known, fitted.jacobian, 0.0)
     bread = _inverse(jacobian.T @ jacobian + prior)
     used, index = np.unique(block, return_inverse=True)
     pulls = np.stack([np.bincount(index, column * fitted.residual) for column in jacobian.T], axis=1)
@@ -129,6 +130,8 @@ def slopes_of(effect: AbstractEffect, at: int, width: int) -> dict[str, Float[np
         value = float(getattr(effect, name))
         if about["kind"] in ("positive", "signed", "term"):
             slopes[name] = unit[at] * (value if about["kind"] == "positive" else 1.0)
+            if "least" in about:
+                slopes[name] += slopes[about["least"]] * (value / float(getattr(effect, about["least"])))
             at += 1
         elif about["kind"] == "amplitude":
             phase = float(effect.phase_rad)  # pyright: ignore[reportAttributeAccessIssue]

@@ -103,7 +103,7 @@ def _elements(effect: AbstractEffect) -> list[tuple[str, tuple[float, ...]]]:
     found: list[tuple[str, tuple[float, ...]]] = []
     for name, about in parameters(effect).items():
         if about["kind"] == "positive":
-            found.append((name, (width, 0.7, -18.0, 14.0, 0.0, inf)))
+            found.append((name, (width, 0.7, 0.0 if "least" in about else -18.0, 14.0, 0.0, inf)))
         elif about["kind"] in ("signed", "term"):
             found.append((name, (width * about["scale"], inf, -inf, inf, 0.0, about["spread"])))
         elif about["kind"] == "amplitude":

@@ -57,7 +57,7 @@ def _beside(solver: Solver, fitted: Fitted, wider: float) -> tuple[Hidden, ...]:
     there = {law for effect in fitted.template.effects for law in (effect.name, *effect.contains)}
     columns = _columns(solver, fitted)
     basis, sizes, right = np.linalg.svd(np.delete(fitted.jacobian, PRIOR, axis=1), full_matrices=False)
-    inverse = right.T @ np.diag(np.where(sizes > 1e-7 * sizes[0], 1 / sizes, 0.0))
+    inverse = right.T @ np.diag(np.divide(1, sizes, out=np.zeros_like(sizes), where=sizes > 1e-7 * sizes[0]))
     laws = []
     for name, column in zip(HIDDEN, columns, strict=True):
         if LAWS[name] in there or not column.any():

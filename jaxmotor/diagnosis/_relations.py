@@ -4,7 +4,7 @@ Each class says its part (`AbstractEffect.same_as`, `excludes`, `contains`, `rel
 holds both ways.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 from jaxmotor.motor.effects import AbstractEffect, AbstractLearnedEffect, AbstractLoadEffect, free_size
 
@@ -19,10 +19,10 @@ Group = tuple[str, ...]
 
 
 class Relations:
-    """Of the effects that are `known`, by name."""
+    """Of the effects that are `known`, by name, and of which some are `asked` for; all where None."""
 
-    def __init__(self, known: Mapping[str, Kind]):
-        self.known = known
+    def __init__(self, known: Mapping[str, Kind], asked: Collection[str] | None = None):
+        self.known, self.asked = known, known if asked is None else asked
         self.alike = groups(known.values())
         tried = [effect for effect in known.values() if effect.always_tried]
         self.always = tuple(effect.name for effect in sorted(tried, key=lambda effect: effect.rarity))
@@ -35,6 +35,10 @@ class Relations:
     def simpler(self, name: str) -> tuple[str, ...]:
         """The special cases of an effect."""
         return tuple(simple for simple in self.known[name].contains if simple in self.known)
+
+    def is_simpler(self, effect: AbstractEffect) -> bool:
+        """With its parameters `effect` is one of its special cases, which is asked for."""
+        return effect.is_special and any(simple in self.asked for simple in self.simpler(effect.name))
 
     def containing(self, name: str) -> set[str]:
         """Known laws of which an effect is a special case: where one is there, so is that. Curves have no name."""

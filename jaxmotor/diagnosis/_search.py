@@ -88,7 +88,7 @@ class Search:
 
     def __init__(self, solver: Solver, first: Motor, linear: Fitted, rig: Rig):
         self.solver, self.first, self.linear, self.rig = solver, first, linear, rig
-        self.relations = Relations(solver.request.known)
+        self.relations = Relations(solver.request.known, solver.request.effects)
         noise = max(NEARLY, rounding_chi2(solver, linear)) if solver.noise_known else 0.0
         self.visited = Visited(linear, self.relations, rig, solver.piece, noise)
         self.explained = Explained(linear.chi2, solver.noise_known, max(noise, NEARLY))

@@ -52,11 +52,13 @@ class Visited:
         self._add(linear)
 
     def keep(self, found: list[Fitted]) -> None:
-        """Those of `found` that the rig can have and that are better than what was known."""
+        """Those of `found` that the rig can have, that are no others by a longer name, and that are better than what
+        was known."""
         for one in found:
             known = self.fitted.get(frozenset(one.names))
             better = _is_finite(one) and (known is None or one.chi2 < (1 - COARSE) * known.chi2)
-            if better and is_possible(one.motor, self.rig):
+            is_simpler = any(map(self.relations.is_simpler, one.motor.effects))
+            if better and not is_simpler and is_possible(one.motor, self.rig):
                 self._add(one)
 
     def _add(self, one: Fitted) -> None:

@@ -31,3 +31,13 @@ def test_errors_are_as_many_times_those_of_the_noise_as_the_laws_say(x64, effect
     expected = np.sqrt(np.diag(alone)) * [*[1.0] * OWN, *times]
     np.testing.assert_allclose(np.sqrt(np.diag(spread)), expected, rtol=1e-6)
     assert Backlash.unlikeness_beside > Backlash.unlikeness > 1
+
+
+def test_what_shows_in_no_row_is_not_known(x64):
+    motor = linear_of(10.0, 40.0, effects=(FRICTION, BACKLASH))
+    free = free_of(motor)
+    jacobian = 1e3 * np.random.default_rng(0).normal(size=(ROWS, len(free)))
+    jacobian[:, OWN + 1] = 0.0
+    fitted = Fitted(motor, free, np.zeros(1), np.zeros(ROWS), jacobian, True)
+    errors = np.sqrt(np.diag(covariance(fitted, np.arange(ROWS) * BLOCKS // ROWS)))
+    assert np.flatnonzero(np.isinf(errors)).tolist() == [OWN + 1]

@@ -4,7 +4,8 @@ import jax
 import numpy as np
 import pytest
 
-from jaxmotor.diagnosis._free import free_of, linear_of, motor_at, motors_at, moved, together
+from jaxmotor.diagnosis._errors import slopes_of
+from jaxmotor.diagnosis._free import OWN, free_of, layout_of, linear_of, motor_at, motors_at, moved, together
 from jaxmotor.motor.effects import EFFECTS
 
 pytestmark = pytest.mark.usefixtures("x64")
@@ -18,6 +19,19 @@ def test_a_motor_comes_back_from_its_free_vector():
     assert jax.tree.structure(again) == jax.tree.structure(TEMPLATE)
     for own, other in zip(jax.tree.leaves(again), jax.tree.leaves(TEMPLATE), strict=True):
         assert float(own) == pytest.approx(float(other), rel=1e-12, abs=1e-15)
+
+
+def test_slopes_are_those_of_the_parameters():
+    """Static friction moves with the moving one, to which its ratio is fitted."""
+    free, width = free_of(TEMPLATE), 1e-6
+    slopes = slopes_of(TEMPLATE.effects[0], OWN, len(free))
+    for at in range(len(free)):
+        there = [motor_at(TEMPLATE, free + way * width * np.eye(len(free))[at]).effects[0] for way in (-1, 1)]
+        for name, slope in slopes.items():
+            low, high = (float(getattr(one, name)) for one in there)
+            assert slope[at] == pytest.approx((high - low) / (2 * width), rel=1e-6, abs=1e-9)
+    names = layout_of(TEMPLATE.effects).names
+    assert layout_of(TEMPLATE.effects).low[names.index("stiction.static_volts_V")] == 0.0
 
 
 def test_many_motors_as_one_are_each_of_them():

@@ -29,6 +29,7 @@ from jaxmotor.motor.effects import (
     TransportDelay,
 )
 from jaxmotor.recording import Recording, Segment
+from jaxmotor.text import sentence
 
 GAIN, POLE = 20.0, 12.0
 """[rad/s/V, rad/s]"""
@@ -142,6 +143,21 @@ def test_a_dead_zone_beside_stiction_is_found():
     found = diagnose(draw(("dead_zone", "stiction"), 3).recording)
     assert {one.name for one in found.effects} == {"dead_zone", "stiction"}
     assert found.verdict == "extended"
+
+
+@pytest.mark.usefixtures("plant_library")
+def test_stiction_of_one_size_stands_for_coulomb_friction_that_is_not_asked_for():
+    """Fitted freely its static friction ends a little below the moving one, which no motor has."""
+    asked = ["stiction", "dead_zone"]
+    log = draw(("coulomb_friction",), 3)
+    [effect] = diagnose(log.recording, effects=asked).effects
+    assert effect.name == "stiction" and effect.probability > 0.99
+    volts, static = (effect.parameters[name] for name in ("volts_V", "static_volts_V"))
+    assert volts == static and effect.unknown == ("stribeck_speed_rad_s",)
+    assert sentence(effect).startswith("dry friction takes 6")
+    found = diagnose(log.recording, effects=[*asked, "coulomb_friction"])
+    assert [one.name for one in found.effects] == ["coulomb_friction"]
+    assert "stiction" not in found.probabilities
 
 
 def test_a_rig_without_counts_loses_none():

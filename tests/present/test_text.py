@@ -1,6 +1,7 @@
 """Names from files are shown as they are, never read as mathematics."""
 
 import dataclasses
+import math
 import re
 
 import numpy as np
@@ -21,6 +22,7 @@ from jaxmotor.text import if_determined, key_title, parameter_title, spoken, vol
 
 def test_an_error_that_only_says_that_nothing_is_known_is_said_so():
     assert with_error(133.0, 5.8e118, "ms") == "133 ms (not determined)"
+    assert with_error(133.04, math.inf, "ms") == "133 ms (not determined)"
     assert with_error(0.001, 3.0, "mV") == "0.0 ± 5.9 mV"
     assert with_error(0.0, 3.0, "mV") == "0.0 ± 5.9 mV"
 

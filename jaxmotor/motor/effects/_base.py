@@ -78,16 +78,19 @@ def parameter(
     scale: float,
     spread: float = math.inf,
     absent: float | None = None,
+    least: str | None = None,
 ) -> Any:
     """A parameter's field: its `unit`, its value without effect, where a fit starts, and how far it may be off;
     `absent` is its value in model files of before it was there.
 
     `kind` says how it is fitted: `positive` through its logarithm, `signed` as it is, `amplitude` and `phase` together
     as A cos φ and A sin φ (in which the law is linear), `fixed` not at all. Of a learned curve a `term` is fitted as it
-    is, with `spread` that of its prior about zero; its `range` is how far it was learned.
+    is, with `spread` that of its prior about zero; its `range` is how far it was learned. A `positive` one that is
+    never less than the parameter before it, `least`, is fitted through the logarithm of its ratio to that.
     """
     about = {"unit": unit, "kind": kind, "neutral": neutral, "start": start, "scale": scale, "spread": spread}
     about |= {} if absent is None else {"absent": absent}
+    about |= {} if least is None else {"least": least}
     return eqx.field(metadata=about)
 
 
@@ -201,6 +204,12 @@ class AbstractEffect(eqx.Module):
         volts = [name for name, about in parameters(self).items() if about["unit"] == "V"]
         return all(abs(float(getattr(self, name))) < rig.supply_V for name in volts)
 
+    @property
+    def is_special(self) -> bool:
+        """A parameter is as small as the one that it is never less than: then the law is one that it `contains`."""
+        pairs = [(name, about["least"]) for name, about in parameters(self).items() if "least" in about]
+        return any(float(getattr(self, name)) <= float(getattr(self, below)) for name, below in pairs)
+
     def but(self: E, **values: float) -> E:
         """The effect with these parameters in the place of its own; plain numbers."""
         own = {name: float(getattr(self, name)) for name in parameters(self)}
@@ -256,7 +265,8 @@ def to_free(effect: AbstractEffect) -> Float[np.ndarray, " p"]:
     for name, about in parameters(effect).items():
         value = float(getattr(effect, name))
         if about["kind"] == "positive":
-            free.append(math.log(value) if value > 0 else -math.inf)
+            below = float(getattr(effect, about["least"])) if "least" in about else 1.0
+            free.append(math.log(value) - math.log(below) if min(value, below) > 0 else -math.inf)
         elif about["kind"] in ("signed", "term"):
             free.append(value)
         elif about["kind"] == "amplitude":
@@ -276,7 +286,7 @@ def values_at(effect: AbstractEffect, free: Float[np.ndarray, "k p"]) -> dict[st
     rest = iter(free.T)
     for name, about in parameters(effect).items():
         if about["kind"] == "positive":
-            values[name] = np.exp(next(rest))
+            values[name] = np.exp(next(rest)) * (values[about["least"]] if "least" in about else 1.0)
         elif about["kind"] in ("signed", "term"):
             values[name] = next(rest)
         elif about["kind"] == "amplitude":

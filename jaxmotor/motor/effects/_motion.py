@@ -83,7 +83,7 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
     advice: ClassVar[str] = "Keep faster than that, or start with a short push; feed the friction's voltage forward."
     volts_V: Scalar = parameter("V", "positive", neutral=0.0, start=0.3, scale=0.2)
     """v, while turning [V]."""
-    static_volts_V: Scalar = parameter("V", "positive", neutral=0.0, start=0.5, scale=0.3)
+    static_volts_V: Scalar = parameter("V", "positive", neutral=0.0, start=0.5, scale=0.3, least="volts_V")
     """vs, at rest [V]."""
     stribeck_speed_rad_s: Scalar = parameter("rad/s", "positive", neutral=1.0, start=2.0, scale=1.5)
     """ws [rad/s]."""
@@ -98,6 +98,11 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
         """Static friction below moving friction would be another law, and so would many times that."""
         moving, static = float(self.volts_V), float(self.static_volts_V)
         return super().possible(rig) and moving <= static <= MOST_STATIC * moving
+
+    def told(self) -> tuple[str, dict[str, float]]:
+        """Of one size it is dry friction by another name."""
+        says, values = super().told()
+        return CoulombFriction.says if self.is_special else says, values
 
     def friction(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
         del angle, time

@@ -104,6 +104,13 @@ def _check_fields(effect: type[AbstractEffect]) -> None:
             raise JaxmotorError(
                 f"the kind of {effect.__name__}.{name} is {shown(about[name]['kind'])}; it is one of {one_of(kinds)}"
             )
+    for place, (name, own) in enumerate(about.items()):
+        below = [other for other, its in list(about.items())[:place] if its["kind"] == "positive"]
+        if "least" in own and (own["kind"] != "positive" or own["least"] not in below):
+            raise JaxmotorError(
+                f"{effect.__name__}.{name} has least={shown(own['least'])}; both must be positive parameters, and that "
+                "one stand before it"
+            )
     if not _has_phase(about):
         raise JaxmotorError(f"{effect.__name__} has an amplitude; it needs a parameter phase_rad of kind phase, too")
 

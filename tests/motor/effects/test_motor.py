@@ -87,6 +87,18 @@ def test_free_parameters_are_the_parameters(name):
     assert np.isfinite(free).all()
 
 
+def test_static_friction_is_never_fitted_below_moving_friction():
+    effect = EFFECTS["stiction"].of(volts_V=0.3, static_volts_V=0.3, stribeck_speed_rad_s=2.0)
+    free = to_free(effect)
+    assert free[1] == 0.0 and effect.is_special
+    assert effect.told()[0] == EFFECTS["coulomb_friction"].says
+    for more in (0.0, 0.1, 2.0):
+        other = from_free(effect, free + np.array([0.5, more, 0.0]))
+        assert float(other.static_volts_V) / float(other.volts_V) == pytest.approx(np.exp(more))
+        assert other.is_special == (more == 0.0)
+    assert not any(EFFECTS[name].start().is_special for name in EFFECTS)
+
+
 def test_no_effect_is_the_linear_motor():
     driven = rows(volts(plan()))
     for first_order in (True, False):

@@ -171,6 +171,11 @@ class WithoutPhase(SteepDrag):
     height_V: float = parameter("V", "amplitude", neutral=0.0, start=1.0, scale=1.0)
 
 
+class WithoutLess(torque()):
+    most_V: float = parameter("V", "positive", neutral=1.0, start=1.0, scale=1.0, least="least_V")
+    least_V: float = parameter("V", "positive", neutral=0.0, start=1.0, scale=1.0)
+
+
 class Unnamed(AbstractMotionEffect, AbstractTorqueEffect):
     @classmethod
     def starts(cls, rig):
@@ -219,6 +224,7 @@ class Placeless(AbstractTorqueEffect):
         (WithoutUnit, "WithoutUnit.width has no unit: make it a parameter"),
         (OfNoKind, "the kind of OfNoKind.width is 'round'; it is one of positive, signed"),
         (WithoutPhase, "WithoutPhase has an amplitude; it needs a parameter phase_rad"),
+        (WithoutLess, "WithoutLess.most_V has least='least_V'; both must be positive parameters"),
     ],
     ids=str,
 )
