@@ -6,13 +6,13 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxmotor.diagnosis._free import with_each, with_effect, without_effect
+from jaxmotor.diagnosis._places import moved
 from jaxmotor.diagnosis._score_test import without_own
 from jaxmotor.diagnosis._solve import Fitted, Solver, square_of
-from jaxmotor.motor.effects import NO_PLACE, AbstractBentCurve
+from jaxmotor.motor.effects import NO_PLACE, AbstractBentEffect
 
 PLACES = 24
-"""That are tried at once: over the curve's reach, then around the best of them, and once more beside its fit."""
-BENDS = ("bend_V", "even_bend_V")
+"""That are tried at once: over the curve's reach, then around the best of them, and twice more beside its fit."""
 BETTER, FINER = 0.01, 1e-4
 """Parts of the sum of squares that bends must take up to be kept, and that they must at another place to be moved."""
 
@@ -23,12 +23,21 @@ def with_bends(solver: Solver, base: Fitted, fitted: Fitted, tolerance: float, b
     fitted."""
     known = base.names if set(base.names) <= set(fitted.names) else ()
     for effect in fitted.motor.effects:
-        if effect.name not in known and isinstance(effect, AbstractBentCurve) and float(effect.bend_share) == NO_PLACE:
+        if effect.name not in known and isinstance(effect, AbstractBentEffect) and float(effect.bend_share) == NO_PLACE:
             shares = (np.arange(PLACES) + 0.5) / PLACES
-            bent = _moved(solver, fitted, effect.name, [shares, _around(1 / PLACES)], tolerance, BETTER, bar)
-            if bent is not fitted:
-                bent = _moved(solver, bent, effect.name, [_around(2 / PLACES**2)], tolerance, FINER)
-            fitted = bent
+            bent = _placed(solver, fitted, effect, [shares, _around(1 / PLACES)], tolerance, bar)
+            fitted = fitted if bent is fitted else _finer(solver, bent, effect.name, tolerance)
+    return fitted
+
+
+def _finer(solver: Solver, fitted: Fitted, name: str, tolerance: float) -> Fitted:
+    """`fitted` with the bends of its curve `name` at better places near theirs, as they are simulated with its size."""
+    for reach in (1 / PLACES, 2 / PLACES**2):
+        effect = next(own for own in fitted.motor.effects if own.name == name)
+        assert isinstance(effect, AbstractBentEffect)
+        shares = float(effect.bend_share) + _around(reach)
+        others = tuple(effect.but(bend_share=share) for share in shares[(shares > 0) & (shares < 1)].tolist())
+        fitted = moved(solver, fitted, others, tolerance, FINER)
     return fitted
 
 
@@ -36,43 +45,34 @@ def _around(reach: float) -> np.ndarray:
     return reach * np.linspace(-1, 1, PLACES + 1)
 
 
-def _moved(
-    solver: Solver,
-    fitted: Fitted,
-    name: str,
-    tried: list[np.ndarray],
-    tolerance: float,
-    better: float,
-    bar: float = np.inf,
+def _placed(
+    solver: Solver, fitted: Fitted, effect: AbstractBentEffect, tried: list[np.ndarray], tolerance: float, bar: float
 ) -> Fitted:
-    """`fitted` with the bends of its curve `name` at the best of the places `tried`, each relative to the best before
+    """`fitted` with the bends of its curve `effect` at the best of the places `tried`, each relative to the best before
     it, where it leaves less so."""
-    effect = next(own for own in fitted.motor.effects if own.name == name)
-    if not isinstance(effect, AbstractBentCurve) or not np.isfinite(fitted.jacobian).all():
+    if not np.isfinite(fitted.jacobian).all():
         return fitted
-    bare = _without_bends(fitted, effect)
-    share = float(effect.bend_share) if effect.bend_share != NO_PLACE else 0.0
-    least = np.inf
+    bare, share, least = _without_bends(fitted, effect), 0.0, np.inf
     for places in tried:
         places = share + places
         share, least = _best(solver, bare, effect, places[(places > 0) & (places < 1)])
-    if not least < min((1 - better) * square_of(fitted.residual), bar * len(fitted.residual)):
+    if not least < min((1 - BETTER) * square_of(fitted.residual), bar * len(fitted.residual)):
         return fitted
-    start = effect.but(bend_share=share, **dict.fromkeys(BENDS, 0.0))
-    new = solver.fit(with_effect(without_effect(fitted.motor, name), start), fitted, tolerance)
+    start = effect.but(bend_share=share, **dict.fromkeys(effect.bend_terms, 0.0))
+    new = solver.fit(with_effect(without_effect(fitted.motor, effect.name), start), fitted, tolerance)
     return min(fitted, new, key=lambda one: one.chi2)
 
 
-def _without_bends(fitted: Fitted, effect: AbstractBentCurve) -> Fitted:
+def _without_bends(fitted: Fitted, effect: AbstractBentEffect) -> Fitted:
     """`fitted` with a straight part in their place, which no parameter changes; to first order."""
-    own = [fitted.layout.names.index(f"{effect.name}.{bend}") for bend in BENDS]
+    own = [fitted.layout.names.index(f"{effect.name}.{bend}") for bend in effect.bend_terms]
     residual = fitted.residual - fitted.jacobian[:, own] @ fitted.free[own]
     jacobian, free = fitted.jacobian.copy(), fitted.free.copy()
     jacobian[:, own], free[own] = 0.0, 0.0
     return dataclasses.replace(fitted, residual=residual, jacobian=jacobian, free=free)
 
 
-def _best(solver: Solver, bare: Fitted, effect: AbstractBentCurve, shares: np.ndarray) -> tuple[float, float]:
+def _best(solver: Solver, bare: Fitted, effect: AbstractBentEffect, shares: np.ndarray) -> tuple[float, float]:
     """The best of the places `shares` (k,), and the sum of squares that bends there leave."""
     columns = _columns(solver, bare, effect, shares)
     left, residual = without_own(bare, columns), without_own(bare, bare.residual)
@@ -82,12 +82,12 @@ def _best(solver: Solver, bare: Fitted, effect: AbstractBentCurve, shares: np.nd
 
 
 def _columns(
-    solver: Solver, bare: Fitted, effect: AbstractBentCurve, shares: np.ndarray
+    solver: Solver, bare: Fitted, effect: AbstractBentEffect, shares: np.ndarray
 ) -> Float[np.ndarray, "n two_k"]:
     """What each bend of a small size adds to the residual at each of `shares`: (n, k) of the first, then the other."""
-    plain = effect.but(**dict.fromkeys(BENDS, 0.0))
-    size = 0.1 * max(abs(float(getattr(effect, bend))) for bend in BENDS) or 0.01
-    bent = [plain.but(**{bend: size, "bend_share": float(share)}) for bend in BENDS for share in shares]
+    plain = effect.but(**dict.fromkeys(effect.bend_terms, 0.0))
+    size = 0.1 * max(abs(float(getattr(effect, bend))) for bend in effect.bend_terms) or 0.01
+    bent = [plain.but(**{bend: size, "bend_share": float(share)}) for bend in effect.bend_terms for share in shares]
     motors = with_each(without_effect(bare.motor, effect.name), [plain, *bent])
     found = solver.residuals(motors, np.repeat(bare.speeds[None], len(bent) + 1, axis=0), bare.steps)
     return (found[1:] - found[0]).T / size

@@ -14,8 +14,8 @@ HARMONICS = 12
 """Of a turn that a curve over the angle may be like."""
 FASTEST = 8.0
 """Cycles of a sine over the whole recording that a curve over time can show."""
-SIZES = 24
-"""Of a known shape that has one, over the coordinate's range."""
+SIZES, SECTORS = 120, 24
+"""Of a known shape that has one, over the coordinate's range; and places where a sector may begin."""
 ALIKE = 0.9
 """Similarity from which a curve is said to be like a known one."""
 
@@ -110,7 +110,8 @@ def resemblances(
     best: dict[str, Resemblance] = {}
     for shape in _shapes(law, at):
         found = _resemblance(law.coordinate, at, values, weight, covariance, shape)
-        if found.most <= most and (shape.name not in best or found.similarity > best[shape.name].similarity):
+        # Of equals the last: a threshold is at the first voltage that acts.
+        if found.most <= most and (shape.name not in best or found.similarity >= best[shape.name].similarity):
             best[shape.name] = found
     return tuple(sorted(best.values(), key=lambda one: -one.similarity))
 
@@ -160,7 +161,7 @@ def _waves(at: np.ndarray, name: str) -> Iterator[Shape]:
 
 def _over_angle(at: np.ndarray) -> Iterator[Shape]:
     yield from _waves(at, "cogging")
-    for begin in np.linspace(0, 2 * np.pi, SIZES, endpoint=False):
+    for begin in np.linspace(0, 2 * np.pi, SECTORS, endpoint=False):
         for width in np.pi * np.arange(1, 13) / 12:
             inside = np.mod(at - begin, 2 * np.pi) < width
             text = f"like a sector of {np.degrees(width):.0f} degrees"

@@ -16,18 +16,21 @@ def at_best_place(solver: Solver, fitted: Fitted, rig: Rig, tolerance: float) ->
     for effect in fitted.motor.effects:
         others = effect.around(rig)
         if others and np.isfinite(fitted.jacobian).all():
-            fitted = _moved(solver, fitted, effect, others, tolerance)
+            fitted = moved(solver, fitted, others, tolerance, BETTER)
     return fitted
 
 
-def _moved(
-    solver: Solver, fitted: Fitted, effect: AbstractEffect, others: tuple[AbstractEffect, ...], tolerance: float
+def moved(
+    solver: Solver, fitted: Fitted, others: tuple[AbstractEffect, ...], tolerance: float, better: float
 ) -> Fitted:
-    motors = with_each(without_effect(fitted.motor, effect.name), others)
+    """`fitted`, or the best of `others` in the place of its effect of their name where that takes up a part `better` of
+    the sum of squares."""
+    name = others[0].name
+    motors = with_each(without_effect(fitted.motor, name), others)
     found = solver.residuals(motors, np.repeat(fitted.speeds[None], len(others), axis=0), fitted.steps)
     squares = [square_of(left) for left in without_own(fitted, found.T).T]
     best = int(np.argmin(squares))
-    if not squares[best] < (1 - BETTER) * square_of(without_own(fitted, fitted.residual)):
+    if not squares[best] < (1 - better) * square_of(without_own(fitted, fitted.residual)):
         return fitted
-    new = solver.fit(with_effect(without_effect(fitted.motor, effect.name), others[best]), fitted, tolerance)
+    new = solver.fit(with_effect(without_effect(fitted.motor, name), others[best]), fitted, tolerance)
     return min(fitted, new, key=lambda one: one.chi2)

@@ -12,13 +12,14 @@ from jaxmotor import diagnose, read_model, validate
 from jaxmotor.diagnosis import to_json
 from jaxmotor.diagnosis._learned_law import resemblances
 from jaxmotor.estimate import model_to_json
-from jaxmotor.motor.effects import BUILT_IN
-from jaxmotor.motor.effects._learned import TorqueOverSpeed, VoltageOverCommand
+from jaxmotor.motor.effects import BUILT_IN, Rig
+from jaxmotor.motor.effects._learned import TorqueOverSpeed, VoltageBend, VoltageOverCommand
 from jaxmotor.recording import Recording, Segment
 
+RIG = Rig(SUPPLY, (2.0, 4.0, 6.0), 60.0, PERIOD, 60.0, turns=True)
 RUNS = [*plan(), *(sine(f, amplitude=2.0) for f in (0.7037, 1.507, 3.011))]
 GAIN, POLE, FINE = 11.0, 40.0, 5
-LATE_S, LIMIT_V = 21.3, 3.4
+LATE_S, LIMIT_V, DEAD_V = 21.3, 3.4, 0.6
 
 
 def over_speed(speed):
@@ -180,6 +181,23 @@ def test_a_drive_that_saturates_is_a_curve_with_bends():
     assert "saturation" in law.resemblance
 
 
+def test_what_one_bend_says_takes_no_curve_of_many_terms():
+    """A dead zone that nobody knows of: beside the series the bend alone predicts blocks left out better."""
+    recording, visited = hidden(lambda volts, speed, angle, time: -np.clip(volts, -DEAD_V, DEAD_V), 12)
+    diagnosis = diagnose(recording, effects=["voltage_bend", "voltage_over_command", "missed_counts"])
+    [effect], [law] = diagnosis.effects, diagnosis.learned
+    assert effect.name == "voltage_bend" and effect.probability > 0.8
+    assert diagnosis.verdict == "extended" and diagnosis.whole.after.chi2_per_sample < 1.05
+    assert effect.parameters["bend_share"] * effect.parameters["reach_V"] == pytest.approx(DEAD_V, rel=0.01)
+    assert law.resembles[0].name == "dead_zone" and law.resembles[0].similarity > 0.999
+    # u + f(u) = ratio (u + g(u))
+    ratio = float(diagnosis.motor.linear.gain) / GAIN
+    true = (law.at - np.clip(law.at, -DEAD_V, DEAD_V)) / ratio - law.at
+    assert np.abs(law.values - true).max() < 0.01 * DEAD_V
+    slope, own = (level(law.at, one, visited[:, 1])[1] for one in (-np.clip(law.at, -DEAD_V, DEAD_V), law.values))
+    assert ratio * (1 + own) == pytest.approx(1 + slope, abs=0.01)
+
+
 def test_a_load_that_appears_is_no_part_of_the_motor(found):
     diagnosis, _ = found("time")
     [step] = diagnosis.disturbances
@@ -256,8 +274,23 @@ def test_a_curve_over_the_command_is_zero_without_one():
 
 def test_a_curve_has_no_bends_until_they_have_a_place():
     with jax.enable_x64(True):
-        for law in (TorqueOverSpeed, VoltageOverCommand):
-            assert not np.any(law.start(bend_V=1.0, even_bend_V=1.0).adds(jnp.linspace(-2.0, 2.0, 41)))
+        for law in (TorqueOverSpeed, VoltageOverCommand, VoltageBend):
+            bends = dict.fromkeys(law.bend_terms, 1.0)
+            assert not np.any(law.start(**bends).adds(jnp.linspace(-2.0, 2.0, 41)))
+        assert not VoltageBend.start(bend_V=1.0).possible(RIG)
+
+
+@pytest.mark.parametrize("share", [0.02, 0.2, 0.5, 0.98])
+def test_a_bend_is_as_many_volts_as_it_says_and_has_no_straight_line(share):
+    with jax.enable_x64(True):
+        at = np.linspace(-6, 6, 24_001)
+        adds = np.asarray(VoltageBend.of(bend_V=0.4, bend_share=share, reach_V=6.0).adds(jnp.asarray(at)))
+    assert np.abs(adds).max() == pytest.approx(0.4, rel=1e-3)
+    assert abs(adds @ at) < 1e-3 * np.linalg.norm(adds) * np.linalg.norm(at)
+    slopes = np.diff(adds[at >= 0]) / np.diff(at[at >= 0])
+    inside = at[at >= 0][1:] < share * 6.0 - 1e-9
+    for part in (slopes[inside], slopes[~inside][1:]):
+        np.testing.assert_allclose(part, part[0], rtol=1e-6)
 
 
 @pytest.mark.parametrize(

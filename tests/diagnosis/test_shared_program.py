@@ -33,7 +33,8 @@ def solver(request):
 
 def motor_with(names):
     # A curve starts at nothing.
-    term = {name: {"sin1_rad": 0.05} if LEARNED[name].unit == "rad" else {"c2_V": 0.3} for name in LEARNED}
+    term = {name: {"c2_V": 0.3} for name in LEARNED}
+    term |= {"reading_over_angle": {"sin1_rad": 0.05}, "voltage_bend": {"bend_V": 0.3, "bend_share": 0.4}}
     starts = (BUILT_IN[name].start(**term.get(name, {})) for name in names)
     # A step in time that comes before all rows would be an offset.
     moved = (one.but(moment_s=1.0) if hasattr(one, "moment_s") else one for one in starts)

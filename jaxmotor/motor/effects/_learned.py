@@ -11,6 +11,7 @@ import functools
 import math
 from typing import Any, ClassVar, Literal
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
@@ -28,6 +29,7 @@ from jaxmotor.motor.effects._base import (
     parameter,
     parameters,
 )
+from jaxmotor.motor.effects._rare import RARITY
 from jaxmotor.motor.effects._sensor import MOST_MISREAD
 from jaxmotor.motor.effects._sine import sine
 
@@ -52,13 +54,16 @@ NARROWEST = 1e-6
 
 
 def _coefficient(term: int, absent: float | None = None) -> Any:
-    about = {"neutral": 0.0, "start": 0.0, "scale": 0.1 / term, "spread": SPREAD_V / term}
-    return parameter("V", "term", **about, absent=absent)
+    spread = SPREAD_V / term
+    return parameter("V", "term", neutral=0.0, start=0.0, scale=0.1 / term, spread=spread, absent=absent)
+
+
+def _place() -> Any:
+    return parameter("1", "range", neutral=NO_PLACE, start=NO_PLACE, scale=0.1, absent=NO_PLACE)
 
 
 def _wave(cycles: int) -> Any:
-    about = {"neutral": 0.0, "start": 0.0, "scale": 0.02 / cycles, "spread": SPREAD_rad / cycles}
-    return parameter("rad", "term", **about)
+    return parameter("rad", "term", neutral=0.0, start=0.0, scale=0.02 / cycles, spread=SPREAD_rad / cycles)
 
 
 class AbstractLearnedEffect(AbstractEffect):
@@ -121,7 +126,16 @@ class AbstractLearnedVoltage(AbstractLearnedEffect):
         return all(abs(float(one)) < rig.supply_V for one in self.series)
 
 
-class AbstractBentCurve(AbstractLearnedVoltage):
+class AbstractBentEffect(AbstractLearnedEffect):
+    """Its slope changes at once at two places, ± a share of its reach, of which no derivative tells where they are."""
+
+    bend_terms: ClassVar[tuple[str, ...]]
+    """Its parameters that are how much it bends there."""
+    bend_share: eqx.AbstractVar[Scalar]
+    """The share [1]; `NO_PLACE` before one is known."""
+
+
+class AbstractBentCurve(AbstractLearnedVoltage, AbstractBentEffect):
     """A series whose slope may change at once at two places x = ±p, as no series of some terms has it:
 
     Σ c_k (T_k(z) - a_k - m_k x) + b (sgn(x) h - (1 - p)(1 + p/2) x) + e (h - a), h = max(|x| - p, 0)/(1 - p),
@@ -130,11 +144,12 @@ class AbstractBentCurve(AbstractLearnedVoltage):
     z = asinh(10 x)/asinh(10), m_k the slope of T_k from -1 to 1; the factor of b is the slope of what it multiplies.
     """
 
+    bend_terms: ClassVar[tuple[str, ...]] = ("bend_V", "even_bend_V")
     bend_V: Scalar = _coefficient(1, absent=0.0)
     """b, of one sign to either side [V]."""
     even_bend_V: Scalar = _coefficient(1, absent=0.0)
     """e, the same to either side [V]."""
-    bend_share: Scalar = parameter("1", "range", neutral=NO_PLACE, start=NO_PLACE, scale=0.1, absent=NO_PLACE)
+    bend_share: Scalar = _place()
     """p [1]."""
 
     @property
@@ -213,8 +228,7 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractBent
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        enough = rig.supply_known and len(rig.volts_V) > 3
-        return (cls.start(reach_V=max(rig.volts_V)),) if enough else ()
+        return (cls.start(reach_V=max(rig.volts_V)),) if _shows_drive(rig) else ()
 
     def source(self, source: Source, time: Scalar) -> Source:
         del time
@@ -223,6 +237,49 @@ class VoltageOverCommand(AbstractDriveEffect, AbstractSourceEffect, AbstractBent
     def adds(self, at: Scalar) -> Scalar:
         place = at / self.reach_V
         return _level_series(self.series, place, AT_ZERO) + _bent(self.bends, place, jnp.zeros_like(place))
+
+
+class VoltageBend(AbstractDriveEffect, AbstractSourceEffect, AbstractBentEffect):
+    """u + b (sgn(x) h - m x)/q, h = max(|x| - p, 0)/(1 - p), m = (1 - p)(1 + p/2), q = max(m p, 1 - m),
+
+    at x = u/u1 from -1 to 1: a drive that is in proportion below a voltage and above it, but not by one factor. In q is
+    the most that b multiplies, and in m its slope. What takes one number tells more than a curve of many, where it is
+    all that there is.
+    """
+
+    name: ClassVar[str] = "voltage_bend"
+    over: ClassVar[str] = "voltage"
+    contains: ClassVar[tuple[str, ...]] = ("dead_zone", "voltage_saturation")
+    excludes: ClassVar[tuple[str, ...]] = ("voltage_over_command",)
+    # Its place is a parameter, too.
+    rarity: ClassVar[float] = RARITY + 1
+    says: ClassVar[str] = "above some voltage the drive gives more or less of each further volt than below"
+    coordinate: ClassVar[LearnedCoordinate] = "voltage"
+    bend_terms: ClassVar[tuple[str, ...]] = ("bend_V",)
+    bend_V: Scalar = _coefficient(1)
+    """b, the most that it adds [V]."""
+    bend_share: Scalar = _place()
+    """p [1]."""
+    reach_V: Scalar = parameter("V", "range", neutral=1.0, start=1.0, scale=1.0)
+    """u1 [V]."""
+
+    @classmethod
+    def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
+        return (cls.start(reach_V=max(rig.volts_V)),) if _shows_drive(rig) else ()
+
+    def possible(self, rig: Rig) -> bool:
+        """No effect takes more volts than there are; without a place it is none."""
+        return abs(float(self.bend_V)) < rig.supply_V and float(self.bend_share) < NO_PLACE
+
+    def source(self, source: Source, time: Scalar) -> Source:
+        del time
+        return source.told(source.mean + self.adds(source.mean))
+
+    def adds(self, at: Scalar) -> Scalar:
+        share = self.bend_share
+        slope = (1 - share) * (1 + 0.5 * share)
+        most = jnp.maximum(jnp.maximum(slope * share, 1 - slope), NARROWEST)
+        return _bent((self.bend_V / most, jnp.zeros_like(share), share), at / self.reach_V, jnp.zeros_like(at))
 
 
 class ReadingOverAngle(AbstractSensorEffect, AbstractAngleSensorEffect, AbstractLearnedEffect):
@@ -277,7 +334,15 @@ def penalty(effect: AbstractLearnedEffect) -> float:
     return 0.5 * sum((float(getattr(effect, name)) / about[name]["spread"]) ** 2 for name in terms)
 
 
-LEARNED = {effect.name: effect for effect in (TorqueOverSpeed, TorqueOverAngle, VoltageOverCommand, ReadingOverAngle)}
+LEARNED = {
+    effect.name: effect
+    for effect in (TorqueOverSpeed, TorqueOverAngle, VoltageOverCommand, VoltageBend, ReadingOverAngle)
+}
+
+
+def _shows_drive(rig: Rig) -> bool:
+    """A recording of `rig` has voltages enough to tell how they act."""
+    return rig.supply_known and len(rig.volts_V) > 3
 
 
 AT_ZERO = tuple(float(round(math.cos(0.5 * math.pi * term))) for term in range(1, TERMS + 1))
