@@ -29,7 +29,6 @@ from jaxmotor.diagnosis._joint import joint_covariance
 from jaxmotor.diagnosis._left_open import left_open, moves
 from jaxmotor.diagnosis._level import with_convention
 from jaxmotor.diagnosis._loops import loop_gains
-from jaxmotor.diagnosis._reading_time import with_reading
 from jaxmotor.diagnosis._request import Asked, Progress, Request
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study
@@ -87,7 +86,7 @@ def diagnose(
     found = judged_by(held, found, known.search.explained)
     request.tell(3)
     verdict = _verdict(known, held)
-    level = with_reading(with_average(covariance(found.fitted, study.solver.block), fit), known.reading)
+    level = with_average(covariance(found.fitted, study.solver.block), fit)
     spread = with_convention(level, study.solver, found.fitted)
     if refused is not None and not (found.named and spread[1, 1] < UNKNOWN**2):
         raise refused
@@ -96,7 +95,7 @@ def diagnose(
         linear = fit.standard_error
         spread = at_least(spread, np.abs([linear.gain / fit.motor.gain, linear.pole / fit.motor.pole]).astype(float))
     every = found_effects(study, held, found, spread)
-    timing = timing_of(found.fitted, spread) if known.reading is None else known.reading.timing
+    timing = timing_of(found.fitted, spread)
     laws = learned_laws(known.search, found, held, level, study.solver.block, partial=verdict == "unexplained")
     every = tuple(dataclasses.replace(one, curve=laws.get(one.name)) for one in every)
     causes = tuple(one for one in every if not isinstance(one.effect, AbstractDisturbance))

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, LEAST, Explained, Found
-from jaxmotor.diagnosis._free import is_possible, linear_of
+from jaxmotor.diagnosis._free import is_possible, linear_of, with_effect
 from jaxmotor.diagnosis._held_out import hold_out
-from jaxmotor.diagnosis._reading_time import ReadingTime, reading_time
+from jaxmotor.diagnosis._reading_time import is_near, with_timing_offset
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
 from jaxmotor.diagnosis._residual_voltage import ResidualVoltage, residual_voltage
@@ -17,7 +17,7 @@ from jaxmotor.diagnosis._search import Search
 from jaxmotor.diagnosis._segment_angles import with_angles
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
-from jaxmotor.diagnosis._timed import timed
+from jaxmotor.diagnosis._timed import TIE, timed
 from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._visited import EQUAL, FAR
 from jaxmotor.diagnosis._window import (
@@ -34,7 +34,7 @@ from jaxmotor.diagnosis._window import (
 )
 from jaxmotor.estimate import Fit, SpeedAverage, stated
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import LEARNED, SpeedWindow
+from jaxmotor.motor.effects import LEARNED, SpeedWindow, TimingOffset
 from jaxmotor.prediction import rounding_level
 from jaxmotor.recording import Recording
 
@@ -65,8 +65,6 @@ class Explanation(NamedTuple):
     found: Found
     before: Residual
     after: Residual
-    reading: ReadingTime | None
-    """When rows were read, if that is not when voltages change: the study is of readings as they would be then."""
 
 
 class _Searched(NamedTuple):
@@ -85,31 +83,46 @@ class _Searched(NamedTuple):
 def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Explanation:
     """`recording`, whose linear motor `identify` has found as `fit`."""
     known = _in_own_noise(_carried_over(_searched(recording, fit, request, seed)))
-    known, reading = _in_time(known, request, seed)
+    known = _in_time(known, request, seed)
     if not known.found.named:
-        return Explanation(*known, known.before, reading)
+        return Explanation(*known, known.before)
     after = _residual(known.study, known.found.fitted, seed)
     if not _is_disturbance(known.study, known.found, (*known.before.dependences, *after.dependences)):
-        return Explanation(*known, after, reading)
+        return Explanation(*known, after)
     linear = known.found.linear
-    return Explanation(*known._replace(found=Found(linear, linear, (), {}, {})), known.before, None)
+    return Explanation(*known._replace(found=Found(linear, linear, (), {}, {})), known.before)
 
 
-def _in_time(known: _Searched, request: Request, seed: int) -> tuple[_Searched, ReadingTime | None]:
-    """`known`, where its motor with effects tells that rows were not read when voltages change, searched anew in a log
-    that states when: a law may have imitated that."""
-    if not known.found.named:
-        return known, None
+def _in_time(known: _Searched, request: Request, seed: int) -> _Searched:
+    """`known`, or with the log's timing offset, where its motor with effects tells that rows were not read when
+    voltages change: a law may have imitated that, so they are sought again beside it."""
+    moved = _timed_beside(known)
+    if moved is None:
+        return known
+    study, fitted = moved
+    offset = next(effect for effect in fitted.motor.effects if isinstance(effect, TimingOffset))
+    own = study.solver.fit(known.found.linear.motor, known.found.linear, FINE)
+    # Without the effects it would be another one: what it is here is where fits with them begin.
+    linear = study.solver.fit(with_effect(own.motor, offset), own, FINE, steps=0)
+    first = with_effect(known.search.first, offset)
+    again = _begun(dataclasses.replace(known.fit, timing=None), study, linear, first, request, seed)
+    again = _carried_over(again._replace(found=_resumed(again, known) or _extended(again, seed)))
+    return _in_own_noise(again) if again.found.named and is_near(study, again.found.fitted) else known
+
+
+def _timed_beside(known: _Searched) -> tuple[Study, Fitted] | None:
+    """The motor of `known` with the timing offset that it tells, or without one of its effects where it leaves no more
+    with that in its place; None where there is none."""
     study, found = known.study, known.found
-    first = reading_time(study, found.linear, found.fitted)
-    if first is None:
-        return known, None
-    untimed = dataclasses.replace(known.fit, timing=None)
-    again = _carried_over(_searched(first.study.recording, untimed, request, seed, ROUNDS, known))
-    last = reading_time(study, again.found.linear, again.found.fitted, first.timing.offset_s)
-    if last is None:
-        return known, None
-    return _in_own_noise(_at(again, last.study, last.linear, last.fitted)), last
+    if not (found.named and known.fit.average is None and is_stated(study.recording)):
+        return None
+    names = frozenset(found.fitted.names)
+    shorter = [known.search.visited.fitted.get(names - {one.name}) for one in found.named]
+    for base in (found.fitted, *(one for one in shorter if one is not None and one.names)):
+        moved = with_timing_offset(study, base)
+        if moved is not None and moved[1].chi2 < found.fitted.chi2 + TIE:
+            return moved
+    return None
 
 
 def _searched(
@@ -236,7 +249,7 @@ def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
     if earlier is None:
         return None
     found = now.search.resumed(earlier.search)
-    names = frozenset(found.fitted.names) | earlier.search.own
+    names = (frozenset(found.fitted.names) - now.search.own) | earlier.search.own
     tried = names in earlier.search.visited.fitted
     explained = is_explained(now.study, found.fitted, now.search.linear)
     as_good = (1 - LEAST) * now._replace(found=found).square <= earlier.square
@@ -276,16 +289,11 @@ def _in_own_noise(known: _Searched) -> _Searched:
     noise, before = quieter.packed.observation.noise, study.packed.observation.noise
     chi2 = known.fit.chi2_per_sample * (before.level / noise.level) ** 2
     now = known._replace(fit=dataclasses.replace(known.fit, noise=noise, chi2_per_sample=chi2))
-    return _at(now, quieter, linear, fitted)
-
-
-def _at(known: _Searched, study: Study, linear: Fitted, fitted: Fitted) -> _Searched:
-    """`known` with another `study` of its rows, to which its motors were fitted."""
-    before = scored(study.solver, linear.motor, study.recording, study.packed, linear.speeds)
-    return known._replace(
-        study=study,
-        before=known.before._replace(scored=before),
-        found=dataclasses.replace(known.found, linear=linear, fitted=fitted),
+    scores = scored(quieter.solver, linear.motor, study.recording, quieter.packed, linear.speeds)
+    return now._replace(
+        study=quieter,
+        before=now.before._replace(scored=scores),
+        found=dataclasses.replace(found, linear=linear, fitted=fitted),
     )
 
 

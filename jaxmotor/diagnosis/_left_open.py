@@ -81,7 +81,7 @@ def _columns(solver: Solver, fitted: Fitted) -> list[np.ndarray]:
     turning = _earlier(turning, sum(delays) / float(np.median(np.asarray(batch.duration))))
     found = []
     for drive in drives(to_jax(volts), to_jax(np.asarray(batch.reset)), to_jax(turning)):
-        other = Solver(_under(solver.trial, to_jax(volts + SMALL * np.asarray(drive))))
+        other = Solver(under(solver.trial, to_jax(volts + SMALL * np.asarray(drive))))
         found.append((other.residual_of(fitted.motor, fitted.speeds)[1] - before) / SMALL)
     return [*found, fitted.jacobian[:, PRIOR[0]]]
 
@@ -92,7 +92,7 @@ def _earlier(rows: np.ndarray, by: float) -> np.ndarray:
     return np.stack([np.interp(at + by, at, sequence, right=0.0) for sequence in rows])
 
 
-def _under(trial: Trial, volts: Array) -> Trial:
+def under(trial: Trial, volts: Array) -> Trial:
     """`trial` with other `volts` (sequence, row)."""
     batch = trial.problem.batch._replace(volts=volts)  # pyright: ignore[reportArgumentType]
     return dataclasses.replace(trial, problem=dataclasses.replace(trial.problem, batch=batch))

@@ -149,18 +149,21 @@ class Search:
         return Found(self.linear, last, named, self.visited.probabilities(), self.visited.families(), share)
 
     def resumed(self, before: "Search") -> Found:
-        """Where the likely models of `before`, of the same recording with its speeds over another window, lead when
-        they are fitted anew and contested by what was not tried before.
+        """Where the likely models of `before`, of the same recording with its speeds over another window, or with a
+        timing offset, lead when they are fitted anew and contested by what was not tried before.
 
         So are the best in the place of each effect of the best of them, and curves that were tried beside that.
         """
-        self.tried |= {names - before.own for names in before.tried}
-        self.shared |= {names - before.own for names in before.shared}
+        self.tried |= {names - before.own | self.own for names in before.tried}
+        self.shared |= {names - before.own | self.own for names in before.shared}
+        more = [effect for effect in self.first.effects if effect.name in self.own - before.own]
 
         def fit(known: Fitted) -> Fitted:
             motor = known.motor
             for name in before.own - self.own:
                 motor = without_effect(motor, name)
+            for effect in more:
+                motor = with_effect(motor, effect)
             return self.solver.fit(motor, known, COARSE, AGAIN)
 
         self.visited.keep(side_by_side(fit, before.worth_keeping()))

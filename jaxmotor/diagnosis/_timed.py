@@ -3,7 +3,7 @@
 import numpy as np
 
 from jaxmotor.diagnosis._found import FINE, NEARLY
-from jaxmotor.diagnosis._free import OWN, with_effect
+from jaxmotor.diagnosis._free import with_effect
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
@@ -56,5 +56,12 @@ def with_average(spread: np.ndarray, fit: Fit) -> np.ndarray:
 
 def timing_of(fitted: Fitted, spread: np.ndarray) -> Timing | None:
     """Of a motor with a timing offset, whose free numbers have the covariance `spread`."""
-    offsets = [effect for effect in fitted.motor.effects if isinstance(effect, TimingOffset)]
-    return Timing(float(offsets[0].offset_s), float(np.sqrt(spread[OWN, OWN]))) if offsets else None
+    if TimingOffset.name not in fitted.names:
+        return None
+    at = fitted.layout.names.index(f"{TimingOffset.name}.offset_s")
+    return Timing(offset_of(fitted.motor), float(np.sqrt(spread[at, at])))
+
+
+def offset_of(motor: Motor) -> float:
+    """Its timing offset, zero where it has none [s]."""
+    return sum((float(effect.offset_s) for effect in motor.effects if isinstance(effect, TimingOffset)), 0.0)

@@ -1,4 +1,4 @@
-"""Counts that are read a while after the voltage changes, of a motor with friction: no backlash, no other pole."""
+"""Counts and speeds read a while after the voltage changes, of a motor with friction: no backlash, no other pole."""
 
 import dataclasses
 
@@ -42,13 +42,29 @@ def errors_off(found: Diagnosis, motor: BoardMotor) -> float:
     return (float(found.motor.linear.pole) - motor.pole_rad_s) / found.standard_error["pole_rad_s"]
 
 
-@pytest.mark.parametrize(("seed", "share"), [(4, 0.05), (5, 0.2)])
-def test_rows_that_are_read_late_are_no_law_of_the_motor(seed, share):
+def speeds_of(log: Recording, seed: int) -> Recording:
+    """Its speeds, each the mean over a row, with noise of a hundredth of the largest."""
+    [segment] = log.segments
+    speeds = np.diff(segment.count) * 2 * np.pi / (log.counts_per_rev * ROW_S)
+    noise = np.random.default_rng(seed).standard_normal(len(speeds))
+    return from_arrays(
+        time_s=segment.time_s[1:],
+        volts=segment.volts[1:],
+        speed_rad_s=speeds + 0.01 * np.abs(speeds).max() * noise,
+        supply_V=log.supply_V,
+        speed_window_s=ROW_S,
+    )
+
+
+@pytest.mark.parametrize(("seed", "share", "what"), [(4, 0.05, "counts"), (7, 0.01, "counts"), (5, 0.2, "speeds")])
+def test_rows_that_are_read_late_are_no_law_of_the_motor(seed, share, what):
+    """0.01 rows alone move the pole by 12 standard errors, 0.2 rows that of speeds by 15."""
     motor = drawn(seed)
-    found = diagnose(read_late(motor, share, seed))
+    log = read_late(motor, share, seed)
+    found = diagnose(log if what == "counts" else speeds_of(log, seed))
     assert [one.name for one in found.effects] == ["coulomb_friction"] and found.verdict == "extended"
     assert found.timing is not None
-    assert found.timing.offset_s == pytest.approx(share * ROW_S, abs=0.02 * ROW_S)
+    assert found.timing.offset_s == pytest.approx(share * ROW_S, abs=0.01 * ROW_S)
     assert abs(found.timing.offset_s - share * ROW_S) < 3 * found.timing.standard_error_s
     assert abs(errors_off(found, motor)) < 3
     assert any("rows are read" in note for note in found.notes)
