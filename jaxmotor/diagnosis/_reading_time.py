@@ -47,7 +47,8 @@ def is_near(study: Study, fitted: Fitted) -> bool:
 
 def _promised(solver: Solver, fitted: Fitted) -> tuple[float, float]:
     """The offset [rows], late or early, that lowers the sum of squares most to first order, and by how much, in the
-    variance that blocks of rows then have. L/R stays: what is late it could take up, and what is early it could not."""
+    variance that blocks of rows then have. L/R is held: to first order a smaller one looks like late readings, but none
+    is below zero."""
     jacobian = fitted.jacobian.copy()
     jacobian[:, PRIOR] = 0.0
     kept = dataclasses.replace(fitted, jacobian=jacobian)
