@@ -13,6 +13,8 @@ from jaxmotor.motor.effects import NO_PLACE, AbstractBentEffect
 
 PLACES = 24
 """That are tried at once: over the curve's reach, then around the best of them, and twice more beside its fit."""
+LAST = 1 - 0.5 / PLACES
+"""Of these places: how steep a curve is beyond it, few rows tell."""
 BETTER, FINER = 0.01, 1e-4
 """Parts of the sum of squares that bends must take up to be kept, and that they must at another place to be moved."""
 
@@ -36,7 +38,7 @@ def _finer(solver: Solver, fitted: Fitted, name: str, tolerance: float) -> Fitte
         effect = next(own for own in fitted.motor.effects if own.name == name)
         assert isinstance(effect, AbstractBentEffect)
         shares = float(effect.bend_share) + _around(reach)
-        others = tuple(effect.but(bend_share=share) for share in shares[(shares > 0) & (shares < 1)].tolist())
+        others = tuple(effect.but(bend_share=share) for share in shares[(shares > 0) & (shares <= LAST)].tolist())
         fitted = moved(solver, fitted, others, tolerance, FINER)
     return fitted
 
@@ -55,7 +57,7 @@ def _placed(
     bare, share, least = _without_bends(fitted, effect), 0.0, np.inf
     for places in tried:
         places = share + places
-        share, least = _best(solver, bare, effect, places[(places > 0) & (places < 1)])
+        share, least = _best(solver, bare, effect, places[(places > 0) & (places <= LAST)])
     if not least < min((1 - BETTER) * square_of(fitted.residual), bar * len(fitted.residual)):
         return fitted
     start = effect.but(bend_share=share, **dict.fromkeys(effect.bend_terms, 0.0))
