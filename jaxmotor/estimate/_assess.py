@@ -43,6 +43,7 @@ NO_OFFSET = (
     "this input does not tell a constant voltage error (offset) from the gain: it is taken to be none; to decide, add "
     "steps of a second height"
 )
+UNLIKE = "it does not explain this recording"
 LEAST_POLE_SHARE = 0.01
 """A pole that shows in less than this part of the motion would be fitted to the model error."""
 
@@ -275,9 +276,10 @@ def _wide(psi: np.ndarray, covariance: np.ndarray, chi2: float) -> list[str]:
     """A note on each parameter that is known but badly, or not at all."""
     values = [("gain", abs(psi[0])), ("pole", float(np.exp(psi[2])))]
     shares = [1.96 * np.sqrt(covariance[k, k]) / value for k, (_, value) in enumerate(values)]
-    why = "a linear motor does not explain this recording" if chi2 > QUIET_CHI2 else "more steps would tell more"
+    explains = chi2 <= QUIET_CHI2
+    whose, why = ("the", "more steps would tell more") if explains else ("the linear motor's", UNLIKE)
     return [
-        f"the {name} is {'only known to' if share < 1 else 'not determined,'} ± {100 * share:.0f} %: {why}"
+        f"{whose} {name} is {'only known to' if share < 1 else 'not determined,'} ± {100 * share:.0f} %: {why}"
         for (name, _), share in zip(values, shares, strict=True)
         if share > 0.1
     ]

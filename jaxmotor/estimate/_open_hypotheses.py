@@ -22,6 +22,8 @@ LEAST_SHARE = 0.01
 """Part of gain or pole by which it must move them for that, too."""
 LARGEST = 20.0
 """Logarithm of the ratio of an interval's end to its middle at most."""
+ANYTHING = 1000.0
+"""Ratio of an interval's ends from which it says nothing."""
 MOST_OF_VOLTAGE = 0.6
 """Part of the voltage that friction, a dead zone or drag takes at most of a motor that turns."""
 MOST_TICKS = 2.0
@@ -43,7 +45,7 @@ PHRASES = {
     "delay": "a delay",
     "electrical lag": "an electrical time constant L/R",
 }
-UNITS = {"friction": "V", "dead zone": "V", "drag": "V at the highest speed", "delay": "ticks", "electrical lag": "s"}
+UNITS = {"friction": "V", "dead zone": "V", "drag": "V at the highest speed", "delay": "rows", "electrical lag": "s"}
 
 
 class OpenHypothesis(NamedTuple):
@@ -188,5 +190,11 @@ def allowing(fit: Any) -> str | None:
     """The intervals of a fit or diagnosis that allow for open hypotheses; None where nothing is open."""
     if not fit.open_hypotheses or fit.allowed is None:
         return None
-    gains, poles = ([f"{end:.4g}" for end in ends] for ends in (fit.allowed.gain, fit.allowed.pole))
-    return f"with what the input leaves open: gain {' to '.join(gains)} rad/s/V, pole {' to '.join(poles)} rad/s"
+    gain, pole = _between(fit.allowed.gain, "rad/s/V"), _between(fit.allowed.pole, "rad/s")
+    return f"with what the input leaves open: gain {gain}, pole {pole}"
+
+
+def _between(ends: tuple[float, float], unit: str) -> str:
+    """An interval, for people."""
+    low, high = sorted(map(abs, ends))
+    return "not determined" if high > ANYTHING * low > 0 else f"{ends[0]:.4g} to {ends[1]:.4g} {unit}"

@@ -11,6 +11,13 @@ from jaxmotor.recording._recording import Recording, Segment
 from jaxmotor.recording._repeats import without_repeats
 from jaxmotor.recording._timing import Timing, timing
 
+STILL = 3
+"""Rows of a shaft that is driven and does not move, from which it is taken to begin at rest."""
+SLOW, USUAL = 0.02, 0.95
+"""Part of the segment's fast speeds, this quantile of all, up to which one that nobody sees is next to none."""
+TINY_s = 1e-9
+"""In the place of a time of zero."""
+
 
 def assemble(
     log: Log,
@@ -48,6 +55,8 @@ def assemble(
     starts = _starts([time_s[cut] for cut in cuts])
     volts, duty, _ = log.input
     [(measured, shaft)] = log.shaft.items()
+    is_speed = measured == "speed_rad_s"
+    finest = _finest(shaft, is_speed)
     segments = []
     for index, cut in enumerate(cuts):
         tick = None if times.ticks is None else times.ticks[index]
@@ -56,7 +65,7 @@ def assemble(
             Segment(
                 kind=kinds[index],
                 start_s=starts[index],
-                at_rest=_begins(log, cut) and _rests(volts[cut], shaft[cut], measured == "speed_rad_s"),
+                at_rest=_begins(log, cut) and _rests(time_s[cut], volts[cut], shaft[cut], is_speed, finest),
                 parameters=parameters[index],
                 time_s=times.times_s[index] if tick is None else tick * times.period_s,
                 volts=volts[cut],
@@ -92,9 +101,21 @@ def _begins(log: Log, cut: slice) -> bool:
     return log.after_gap is None or not log.after_gap[cut.start]
 
 
-def _rests(volts: np.ndarray, shaft: np.ndarray, is_speed: bool) -> bool:
-    """The first rows, two or more, have zero input, and throughout them the shaft does not move."""
+def _finest(shaft: np.ndarray, is_speed: bool) -> float:
+    """The least speed, or the least change of counts or angle, that the log shows; zero where it shows none."""
+    seen = np.abs(shaft if is_speed else np.diff(shaft))
+    return float(seen[seen > 0].min()) if (seen > 0).any() else 0.0
+
+
+def _rests(time_s: np.ndarray, volts: np.ndarray, shaft: np.ndarray, is_speed: bool, finest: float) -> bool:
+    """The shaft does not move while the first rows, two or more, have zero input; or, where it is driven before, in the
+    first `STILL` rows, in which a turning that the log does not show (`finest`) would be `SLOW`."""
     driven = np.flatnonzero(volts)
     rows = int(driven[0]) if len(driven) else len(volts)
-    still = 0.0 if is_speed else shaft[0]
-    return rows >= 2 and bool((shaft[:rows] == still).all())
+    moves = np.flatnonzero(shaft != (0.0 if is_speed else shaft[0]))
+    still = int(moves[0]) if len(moves) else len(volts)
+    if rows >= 2 or still < STILL or not len(moves):
+        return 2 <= rows <= still
+    speeds = np.abs(shaft if is_speed else np.diff(shaft) / np.maximum(np.diff(time_s), TINY_s))
+    unseen = finest if is_speed else finest / max(time_s[still - 1] - time_s[0], TINY_s)
+    return bool(unseen <= SLOW * np.quantile(speeds, USUAL))

@@ -68,6 +68,8 @@ def looks_like(diagnosis: Diagnosis) -> str | None:
         return f"something acted from outside, which is no part of the motor: {dependence.text}"
     residual = "unexplained residual" if diagnosis.effects else "residual voltage"
     more = "no further effect" if any(found.is_told for found in diagnosis.effects) else "no effect"
+    if not len(dependence.at):
+        return f"the {residual} is {dependence.text}; {more} is named"
     return f"the {residual} looks like {dependence.text}; {more} is named: this says what it depends on, not why"
 
 

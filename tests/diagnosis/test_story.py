@@ -142,7 +142,7 @@ def test_the_story_names_the_cause_and_what_it_is_worth():
         EFFECTS["coulomb_friction"].advice,
     ):
         assert part in text, (part, text)
-    assert "a linear motor does not explain" not in text
+    assert "does not explain this recording" not in text
 
 
 def test_what_cannot_be_told_apart_is_said_plainly():

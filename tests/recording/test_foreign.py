@@ -270,6 +270,16 @@ def test_rest_must_be_seen(imported, u, n, at_rest):
     assert imported("t_s,u_V,n\n" + rows, count="n", counts_per_rev=10).segments[0].at_rest == at_rest
 
 
+@pytest.mark.parametrize(
+    "n, at_rest",
+    [((0, 0, 0, 300, 700, 701), True), ((0, 0, 300, 700, 1100, 1101), False), ((0, 0, 0, 1, 2, 3), False)],
+)
+def test_a_driven_shaft_that_does_not_move_begins_at_rest(imported, n, at_rest):
+    """For three rows, and where a speed too small to show in them is small beside those that show."""
+    rows = "".join(f"{0.01 * k},5,{count}\n" for k, count in enumerate(n))
+    assert imported("t_s,u_V,n\n" + rows, count="n", counts_per_rev=10).segments[0].at_rest == at_rest
+
+
 @settings(max_examples=200)
 @given(
     st.sampled_from([0.02, 0.005, 1 / 30, 1 / 7, 0.0012345, 17e-6, 3.0]),
