@@ -200,7 +200,9 @@ def test_speeds_of_an_encoder_may_lack_counts():
         (CoulombFriction.of(volts_V=0.3), True),
         (CoulombFriction.of(volts_V=5.1), False),
         (SupplyDrift.of(rate_per_s=0.97), False),
-        (SupplyDrift.of(rate_per_s=-0.002), True),
+        (SupplyDrift.of(rate_per_s=0.002), True),
+        (SupplyDrift.of(rate_per_s=-0.0016), True),
+        (SupplyDrift.of(rate_per_s=-0.0018), False),
     ],
 )
 def test_impossible_sizes_are_no_causes(effect, possible):

@@ -59,6 +59,8 @@ SLOWEST_CURRENT_S = 0.1
 of kilowatts up to a tenth of a second."""
 FASTEST_PER_S = 1 / 60
 """Of a supply that drifts by itself [1/s]: what drives a motor for a recording is not empty in a minute."""
+FASTEST_RISE_PER_S = FASTEST_PER_S / 10
+"""The same of one that rises [1/s]: batteries recover by a few percent in minutes, and only without a load."""
 
 
 class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
@@ -80,8 +82,8 @@ class SupplyDrift(AbstractDriveEffect, AbstractSourceEffect):
 
     def possible(self, rig: Rig) -> bool:
         """A supply that gains or loses more than half within a recording is none, nor one that is empty in a minute."""
-        rate = abs(float(self.rate_per_s))
-        return super().possible(rig) and rate * rig.duration_s < 0.5 and rate < FASTEST_PER_S
+        rate = float(self.rate_per_s)
+        return super().possible(rig) and abs(rate) * rig.duration_s < 0.5 and -FASTEST_RISE_PER_S < rate < FASTEST_PER_S
 
     def source(self, source: Source, time: Scalar) -> Source:
         return source._replace(supply=source.supply * (1 - self.rate_per_s * time))
