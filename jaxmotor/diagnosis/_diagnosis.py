@@ -147,7 +147,7 @@ class Diagnosis(Shown):
             # The curve says it better than windows of the residual voltage do.
             by_time = best.coordinate == "time"
             return Dependence(best.coordinate, best.text, best.share, 0.0, best.at, best.values, time_only=by_time)
-        return dependences[0] if dependences else Dependence.none(even=self.fit.period_s is not None)
+        return dependences[0] if dependences else Dependence.none()
 
     @property
     def recording(self) -> str:

@@ -66,10 +66,9 @@ class Dependence:
         return self.share > self.chance
 
     @classmethod
-    def none(cls, *, even: bool) -> "Dependence":
-        """Where the recording is too short to say what anything depends on, or its rows are not `even`."""
-        why = "the recording is too short to say what it depends on"
-        text = f"more than noise; {why if even else 'what it depends on is only computed of even rows'}"
+    def none(cls) -> "Dependence":
+        """Where the recording is too short to say what anything depends on."""
+        text = "more than noise; the recording is too short to say what it depends on"
         return cls("frequency", text, 0.0, 0.0, np.zeros(0), np.zeros(0))
 
 

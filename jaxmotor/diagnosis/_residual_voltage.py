@@ -21,6 +21,8 @@ WINDOW_S = 0.06
 """Over which the residual voltage is a mean."""
 SHORTEST = 6
 """Ticks of a window at least."""
+LONGEST = 0.5
+"""Part of a window that one of uneven rows may be long."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -58,41 +60,55 @@ class ResidualVoltage:
 
 
 def residual_voltage(recording: Recording, traces: tuple[Trace, ...], gain: float, pole: float) -> ResidualVoltage:
-    """Residual voltage of the motor that made `traces` of `recording`, where ticks are even and a window lost none.
+    """Residual voltage of the motor that made `traces` of `recording`, where a window lost no row. Of uneven rows it is
+    computed at ticks of their median length, between which the angles are interpolated.
 
     `gain` [rad/s/V] and `pole` [rad/s] are those of its linear part.
     """
     angles = shaft_angles(recording) or [None] * len(recording.segments)
-    parts = [_windows(recording, trace, angles[trace.segment], gain, pole) for trace in traces]
+    tick_s = recording.period_s or _median(traces)
+    parts = [_windows(recording, trace, angles[trace.segment], tick_s, gain, pole) for trace in traces]
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     return ResidualVoltage(*columns, noise_V=_noise(recording, gain, pole))
 
 
+def _median(traces: tuple[Trace, ...]) -> float:
+    """Of the rows' lengths [s]; infinite where there is none."""
+    lengths = np.concatenate([np.diff(trace.time_s) for trace in traces])
+    return float(np.median(lengths)) if len(lengths) else np.inf
+
+
 def _windows(
-    recording: Recording, trace: Trace, angle: np.ndarray | None, gain: float, pole: float
+    recording: Recording, trace: Trace, angle: np.ndarray | None, tick_s: float, gain: float, pole: float
 ) -> tuple[np.ndarray, ...]:
-    period, segment = recording.period_s, recording.segments[trace.segment]
-    if period is None:
+    if not np.isfinite(tick_s):
         return tuple(np.zeros((6, 0)))
-    size, edge = _sizes(period)
-    error = np.concatenate([[0.0], np.cumsum(trace.residual_rad_s)]) * period
-    row = np.rint(trace.time_s / period).astype(int)
-    starts = np.arange(edge, len(error) - edge - size, size)
+    segment, time = recording.segments[trace.segment], trace.time_s
+    size, edge = _sizes(tick_s)
+    row_ends = np.append(time, time[-1] + tick_s)
+    length = np.diff(row_ends)
+    ticks = time[0] + tick_s * np.arange(int((row_ends[-1] - time[0]) / tick_s + 0.25) + 1)
+    rows = np.searchsorted(segment.time_s, time - 1e-3 * tick_s)
+
+    def until(values: np.ndarray) -> np.ndarray:
+        """Integral over time since the first row, at each tick."""
+        return np.interp(ticks, row_ends, np.append(0.0, np.cumsum(values * length)))
+
+    error, angle_turned, applied = map(until, (trace.residual_rad_s, trace.measured_rad_s, segment.volts[rows]))
     # A window in which ticks are missing has no mean.
-    starts = starts[[bool(np.all(np.diff(row[s - edge : s + size + edge - 1]) == 1)) for s in starts]]
-    ends = starts + size
-    slope = (error[edge:] - error[:-edge]) / (edge * period)
-    rate = (slope[ends - edge // 2] - slope[starts - edge // 2]) / (pole * size * period)
-    volts = (rate + (error[ends] - error[starts]) / (size * period)) / gain
-    rows = np.searchsorted(segment.time_s, trace.time_s - 0.25 * period)
-    applied = np.concatenate([[0.0], np.cumsum(segment.volts[rows])])
-    speed = np.concatenate([[0.0], np.cumsum(trace.measured_rad_s)])
+    lost = until(length > (1.5 * tick_s if recording.period_s else LONGEST * size * tick_s))
+    starts = np.arange(edge, len(ticks) - edge - size, size)
+    starts = starts[lost[starts + size + edge] - lost[starts - edge] < 1e-9 * tick_s]
+    ends, window_s = starts + size, size * tick_s
+    slope = (error[edge:] - error[:-edge]) / (edge * tick_s)
+    rate = (slope[ends - edge // 2] - slope[starts - edge // 2]) / (pole * window_s)
+    middle = ticks[starts + size // 2]
     return (
-        volts,
-        segment.start_s + trace.time_s[starts + size // 2],
-        (speed[ends] - speed[starts]) / size,
-        (applied[ends] - applied[starts]) / size,
-        np.full(len(starts), np.nan) if angle is None else angle[rows[starts + size // 2]],
+        (rate + (error[ends] - error[starts]) / window_s) / gain,
+        segment.start_s + middle,
+        (angle_turned[ends] - angle_turned[starts]) / window_s,
+        (applied[ends] - applied[starts]) / window_s,
+        np.full(len(starts), np.nan) if angle is None else angle[rows[np.searchsorted(time, middle - 0.25 * tick_s)]],
         np.full(len(starts), trace.segment),
     )
 

@@ -6,11 +6,9 @@ from jaxmotor.diagnosis import Dependence, Diagnosis
 from jaxmotor.present._residual_voltage import COORDINATES, explained_percent, residual_voltage
 from jaxmotor.present.report._drawing import drawing
 from jaxmotor.present.report._html import Content, Html, bullets, details, number, paragraph, table
-from jaxmotor.present.report._motor import spacing
 from jaxmotor.present.report._page import figure
 from jaxmotor.present.report._story import Story
-from jaxmotor.recording import Recording
-from jaxmotor.text import capital, named, nothing_left, of_rounding, plainly, seen_in, voltage
+from jaxmotor.text import capital, nothing_left, of_rounding, plainly, seen_in, voltage
 
 
 def wrong_section(story: Story) -> Content:
@@ -18,7 +16,10 @@ def wrong_section(story: Story) -> Content:
     diagnosis = story.diagnosis
     volts = diagnosis.residual_voltage
     if not math.isfinite(volts.rms_V):
-        return paragraph(_not_seen(story.recording))
+        return paragraph(
+            "The recording is too short to show the residual voltage of the linear model. Effects are found without "
+            "it: see below."
+        )
     rms = number(volts.rms_V, "missing_volts.before.rms_V", voltage(volts.rms_V))
     text = (
         "In free simulation the linear motor drifts away from the measured shaft. The voltage that would have kept it "
@@ -30,19 +31,6 @@ def wrong_section(story: Story) -> Content:
         figure(_drawing(diagnosis), _caption(diagnosis)),
         details("The numbers", _table(diagnosis)),
     ]
-
-
-def _not_seen(recording: Recording) -> str:
-    """Why there is no residual voltage to show."""
-    if recording.measured != "count":
-        needs = f"an encoder's counts, and the recording has {named(recording.measured)}s"
-    elif recording.period_s is None:
-        needs = f"ticks, and the recording has uneven time stamps (rows are {spacing(recording)})"
-    else:
-        return "The recording is too short to show the residual voltage of the linear model."
-    return (
-        f"The residual voltage of the linear model is computed from {needs}. Effects are found without it: see below."
-    )
 
 
 def _seen(diagnosis: Diagnosis) -> Content:

@@ -270,7 +270,7 @@ def test_uneven_time_stamps_are_said(told, tmp_path):
     words = " ".join(" ".join(page.words).split())
     apart = f"{steps.min():.3g} to {steps.max():.3g} ms apart, in the median {np.median(steps):.3g} ms"
     assert f"time stamps uneven: rows are {apart}" in words and "ticks lost" not in words
-    assert "from an encoder's counts, and the recording has angles" in words
+    assert "too short to show the residual voltage" in words
     assert "imported log = log.csv, time = t, input = u:V, angle = deg:deg, segment = run" in words
     # What was not added up is not called a drift.
     assert "drift chi2" not in words and "twenty ticks" not in words
