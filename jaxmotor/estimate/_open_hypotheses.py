@@ -131,7 +131,10 @@ def shown_laws(packed: Packed, motor: np.ndarray, beside: Beside) -> list[str]:
     """A sentence on the laws that the recording shows, if any."""
     if not beside.shown:
         return []
-    laws = [f"{PHRASES[law.name]} ({_bounded(packed, law):.2g} {UNITS[law.name]})" for law in beside.shown]
+    if any(_bounded(packed, law) < law.amount for law in beside.shown):
+        names = " and ".join(PHRASES[law.name] for law in beside.shown)
+        return [f"{SHOWN}{names}, but by more than a motor can have; `jaxmotor diagnose` finds what it is"]
+    laws = [f"{PHRASES[law.name]} ({law.amount:.2g} {UNITS[law.name]})" for law in beside.shown]
     gain, pole = _with_shown(packed, motor, beside)
     return [
         f"{SHOWN}{' and '.join(laws)}: with that the gain would be about "

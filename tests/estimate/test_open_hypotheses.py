@@ -1,5 +1,6 @@
 """What the input cannot tell apart is said, and spanned by intervals of its own."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -7,8 +8,10 @@ import pytest
 from open_hypotheses import INPUTS, LAWS, case, errors, result
 from testing.made import PERIOD, motion, recording, step
 
-from jaxmotor.estimate import identify, to_json
+from jaxmotor.estimate import Allowed, OpenHypothesis, allowing, identify, to_json
 from jaxmotor.estimate._assess import _left_over
+from jaxmotor.estimate._hidden import Beside, Hidden
+from jaxmotor.estimate._open_hypotheses import shown_laws
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
 from jaxmotor.prediction import pack
 from jaxmotor.recording import Recording, Segment, bundled
@@ -91,6 +94,25 @@ def test_a_law_that_the_recording_shows_is_told_and_not_called_open():
     assert not any("does not show whether" in note for note in fit.notes)
     assert fit.allowed is not None
     assert fit.allowed.gain[0] < 10.6 < fit.allowed.gain[1] and fit.allowed.pole[0] < 40 < fit.allowed.pole[1]
+
+
+@pytest.mark.parametrize(
+    ("volts", "told"), [(0.2, "(0.2 V at the highest speed): with that"), (100.0, "but by more than a motor can have")]
+)
+def test_of_a_law_beyond_any_motor_no_size_is_told(volts, told):
+    """A dead time of a tenth of a second looks like a drag that takes more than there is."""
+    packed, shift = pack(bundled("paper"), (0, 1, 2)), np.array([0.1, 0.0])
+    [sentence] = shown_laws(packed, np.array([10.0, 40.0]), Beside((Hidden("drag", volts, 0.01, shift, shift),), ()))
+    assert told in sentence
+
+
+def test_an_interval_of_many_decades_is_none():
+    fit = dataclasses.replace(identify(bundled("paper")), open_hypotheses=(OpenHypothesis("friction", 1.0, 9.0, 40.0),))
+    [wide, narrow] = (
+        allowing(dataclasses.replace(fit, allowed=Allowed((9.0, 11.0), (low, 50.0)))) for low in (1e-3, 30.0)
+    )
+    assert wide is not None and wide.endswith("gain 9 to 11 rad/s/V, pole not determined")
+    assert narrow is not None and narrow.endswith("pole 30 to 50 rad/s")
 
 
 @pytest.mark.parametrize("seed", [1, 2])
