@@ -300,7 +300,7 @@ def test_a_motor_that_may_turn_either_way_is_none(seed):
 def test_a_gain_whose_interval_holds_zero_is_said_not_to_be_determined():
     fit = identify(wandering(0))
     assert 0 < float(fit.motor.gain) < 1.96 * float(fit.standard_error.gain)
-    assert any("the gain is not determined" in note for note in fit.notes)
+    assert any("the linear motor's gain is not determined" in note for note in fit.notes)
 
 
 def test_nothing_left_to_fit():
