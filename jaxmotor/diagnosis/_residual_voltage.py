@@ -10,6 +10,7 @@ a place: a time, a speed, a voltage, an angle.
 """
 
 import dataclasses
+import itertools
 
 import numpy as np
 
@@ -61,44 +62,57 @@ class ResidualVoltage:
 
 def residual_voltage(recording: Recording, traces: tuple[Trace, ...], gain: float, pole: float) -> ResidualVoltage:
     """Residual voltage of the motor that made `traces` of `recording`, where a window lost no row. Of uneven rows it is
-    computed at ticks of their median length, between which the angles are interpolated.
+    computed at ticks as long as rows are on average, between which the angles are interpolated.
 
     `gain` [rad/s/V] and `pole` [rad/s] are those of its linear part.
     """
     angles = shaft_angles(recording) or [None] * len(recording.segments)
-    tick_s = recording.period_s or _median(traces)
-    parts = [_windows(recording, trace, angles[trace.segment], tick_s, gain, pole) for trace in traces]
+    tick_s = recording.period_s or _mean_row(traces)
+    longest_s = 1.5 * tick_s if recording.period_s else _longest(tick_s)
+    parts = [
+        _windows(recording, run, angles[run.segment], tick_s, gain, pole)
+        for trace in traces
+        for run in _runs(trace, longest_s)
+    ]
     columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
     return ResidualVoltage(*columns, noise_V=_noise(recording, gain, pole))
 
 
-def _median(traces: tuple[Trace, ...]) -> float:
-    """Of the rows' lengths [s]; infinite where there is none."""
+def _mean_row(traces: tuple[Trace, ...]) -> float:
+    """Length of the rows but for gaps [s]; infinite where there is none."""
     lengths = np.concatenate([np.diff(trace.time_s) for trace in traces])
-    return float(np.median(lengths)) if len(lengths) else np.inf
+    return float(lengths[lengths <= _longest(float(np.median(lengths)))].mean()) if len(lengths) else np.inf
+
+
+def _longest(tick_s: float) -> float:
+    """Of uneven rows within a window [s]."""
+    return LONGEST * _sizes(tick_s)[0] * tick_s if np.isfinite(tick_s) else np.inf
+
+
+def _runs(trace: Trace, longest_s: float) -> list[Trace]:
+    """`trace` between gaps: a window in which ticks are missing has no mean."""
+    cuts = [0, *(np.flatnonzero(np.diff(trace.time_s) > longest_s) + 1).tolist(), len(trace.time_s)]
+    fields = trace.time_s, trace.measured_rad_s, trace.simulated_rad_s
+    return [Trace(trace.segment, *(field[a:b] for field in fields)) for a, b in itertools.pairwise(cuts)]
 
 
 def _windows(
-    recording: Recording, trace: Trace, angle: np.ndarray | None, tick_s: float, gain: float, pole: float
+    recording: Recording, run: Trace, angle: np.ndarray | None, tick_s: float, gain: float, pole: float
 ) -> tuple[np.ndarray, ...]:
     if not np.isfinite(tick_s):
         return tuple(np.zeros((6, 0)))
-    segment, time = recording.segments[trace.segment], trace.time_s
+    segment, time = recording.segments[run.segment], run.time_s
     size, edge = _sizes(tick_s)
     row_ends = np.append(time, time[-1] + tick_s)
-    length = np.diff(row_ends)
     ticks = time[0] + tick_s * np.arange(int((row_ends[-1] - time[0]) / tick_s + 0.25) + 1)
     rows = np.searchsorted(segment.time_s, time - 1e-3 * tick_s)
 
     def until(values: np.ndarray) -> np.ndarray:
         """Integral over time since the first row, at each tick."""
-        return np.interp(ticks, row_ends, np.append(0.0, np.cumsum(values * length)))
+        return np.interp(ticks, row_ends, np.append(0.0, np.cumsum(values * np.diff(row_ends))))
 
-    error, angle_turned, applied = map(until, (trace.residual_rad_s, trace.measured_rad_s, segment.volts[rows]))
-    # A window in which ticks are missing has no mean.
-    lost = until(length > (1.5 * tick_s if recording.period_s else LONGEST * size * tick_s))
+    error, angle_turned, applied = map(until, (run.residual_rad_s, run.measured_rad_s, segment.volts[rows]))
     starts = np.arange(edge, len(ticks) - edge - size, size)
-    starts = starts[lost[starts + size + edge] - lost[starts - edge] < 1e-9 * tick_s]
     ends, window_s = starts + size, size * tick_s
     slope = (error[edge:] - error[:-edge]) / (edge * tick_s)
     rate = (slope[ends - edge // 2] - slope[starts - edge // 2]) / (pole * window_s)
@@ -109,7 +123,7 @@ def _windows(
         (angle_turned[ends] - angle_turned[starts]) / window_s,
         (applied[ends] - applied[starts]) / window_s,
         np.full(len(starts), np.nan) if angle is None else angle[rows[np.searchsorted(time, middle - 0.25 * tick_s)]],
-        np.full(len(starts), trace.segment),
+        np.full(len(starts), run.segment),
     )
 
 
