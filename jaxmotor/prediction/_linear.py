@@ -68,8 +68,9 @@ def observe(
     reading: Reading = AS_STATED,
 ) -> Float[Array, "sequence row"]:
     """What the log would hold [units] of a motor under `volts`, from `initial_speed`, read as `reading` says."""
-    if problem.kind == "window" and problem.row is not None and isinstance(motor, SecondOrder):
-        # Of two lags: their closed form is several times as fast, and has derivatives where a window ends.
+    by_row = problem.kind == "window" or jnp.ndim(problem.batch.duration) > 0
+    if by_row and problem.row is not None and isinstance(motor, SecondOrder):
+        # Of two lags: their closed form, row by row, is many times as fast, and has derivatives where a window ends.
         share, poles = _lags(motor)
         each = jax.vmap(lambda pole: observe(FirstOrder(motor.gain, pole), problem, volts, initial_speed, reading))(
             poles
@@ -95,8 +96,10 @@ def _lags(motor: SecondOrder) -> tuple[Float[Array, " 2"], Float[Array, " 2"]]:
 
     K p q/((s + p)(s + q)) = [q K p/(s + p) - p K q/(s + q)]/(q - p). Poles are real, and a thousandth apart at least.
     """
-    apart = jnp.sqrt(jnp.maximum(1 - 4 * motor.pole * motor.electrical_time_constant, LEAST_APART**2))
-    slow, fast = ((1 + sign * apart) / (2 * motor.electrical_time_constant) for sign in (-1, 1))
+    product = jnp.minimum(4 * motor.pole * motor.electrical_time_constant, 1 - LEAST_APART**2)
+    apart = jnp.sqrt(1 - product)
+    # The slow one is (1 - apart) over twice the lag, without the difference of nearly equal numbers.
+    slow, fast = (one / (2 * motor.electrical_time_constant) for one in (product / (1 + apart), 1 + apart))
     poles = jnp.stack([slow, fast])
     return poles[::-1] / (fast - slow) * jnp.array([1.0, -1.0]), poles
 

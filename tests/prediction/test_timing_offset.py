@@ -81,6 +81,29 @@ def test_mean_speeds_end_where_rows_are_read(parts):
     np.testing.assert_allclose(np.asarray(seen)[0, 3:25], expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("late_rows", [-0.4, 0.3])
+@pytest.mark.parametrize("kind", ["turn", "speed"])
+def test_in_uneven_rows_two_lags_are_a_motor_of_second_order(kind, late_rows):
+    """Their closed form against the motor's own, in pieces that begin in motion and with fast and slow poles."""
+    rng = np.random.default_rng(4)
+    time = np.cumsum(rng.uniform(0.3, 1.7, ROWS)) * PERIOD
+    read = {"count": rng.integers(0, 9, ROWS)} if kind == "turn" else {"speed_rad_s": rng.normal(size=ROWS)}
+    log = Segment("prbs", 0.0, False, {}, time - time[0], VOLTS, **read)
+    window = {} if kind == "turn" else {"speed_window_s": 0.0}
+    recording = Recording((log,), "made.csv", counts_per_rev=100.0 if kind == "turn" else None, **window)
+    problem = as_problem(pack(recording, (0,)), timed=True)
+    batch, late = problem.batch, jnp.asarray(late_rows * PERIOD)
+    assert problem.kind == kind
+    begin = jnp.where(jnp.asarray(batch.reset), 3.0, 0.0)
+    for pole, lag_s in ((0.2, 6e-5), (30.0, 3e-3), (300.0, 6e-5)):
+        own = SecondOrder(*map(jnp.asarray, (10.0, pole, lag_s)))
+        found = observe(own, problem, jnp.asarray(batch.volts), begin, Reading(late, None)) * problem.unit
+        rows = (batch.volts[0], batch.reset[0], begin[0], batch.duration[0])
+        moved = simulate(own, *map(jnp.asarray, rows), late)
+        expected = moved.turn if kind == "turn" else moved.speed
+        np.testing.assert_allclose(found[0], expected, atol=1e-9 * float(jnp.abs(expected).max()))
+
+
 def test_it_has_a_derivative_where_nothing_is_off():
     def last(offset):
         whole = Motor(motor(2), (TimingOffset(offset),))
