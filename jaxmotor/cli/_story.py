@@ -155,7 +155,7 @@ def _advice(diagnosis: Diagnosis) -> list[str]:
 
 
 def _if_named(found: FoundEffect) -> str:
-    return found.name if found.is_named else f"if it is {found.name}"
+    return found.name if found.is_sure else f"if it is {found.name}"
 
 
 def _notes(diagnosis: Diagnosis) -> list[str]:

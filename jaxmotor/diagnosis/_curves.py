@@ -52,8 +52,9 @@ def _learned(fitted: Fitted) -> list[str]:
 
 
 def _share(gain: float, without: float) -> float:
-    """Of the excess chi2 per sample of held-out data."""
-    return float(np.clip(gain / max(without - 1, LEAST), 0.0, 1.0))
+    """Of the excess chi2 per sample of held-out data; none where that is no excess."""
+    excess = max(without - 1, 0.0)
+    return float(np.clip(min(gain, excess) / max(excess, LEAST), 0.0, 1.0))
 
 
 def law_of(

@@ -23,7 +23,7 @@ from jaxmotor.diagnosis._explain import Explanation, depends_on_time_only, expla
 from jaxmotor.diagnosis._found import Found
 from jaxmotor.diagnosis._found_effect import FoundEffect
 from jaxmotor.diagnosis._free import of_motor
-from jaxmotor.diagnosis._held_out import HeldOut, before_after, hold_out
+from jaxmotor.diagnosis._held_out import HeldOut, before_after
 from jaxmotor.diagnosis._input_convention import is_applied_until_row
 from jaxmotor.diagnosis._joint import joint_covariance
 from jaxmotor.diagnosis._left_open import left_open, moves
@@ -82,7 +82,7 @@ def diagnose(
         request.keep_noise(recording, False, fit.noise)
     known = explained(recording, fit, request, seed)
     fit, study, found, before, after = known.fit, known.study, known.found, known.before, known.after
-    held = hold_out(study, found)
+    held = known.held
     found = judged_by(held, found, known.search.explained)
     request.tell(3)
     verdict = _verdict(known, held)

@@ -164,7 +164,7 @@ class Diagnosis(Shown):
         return present().diagnosis_figures(self)
 
     def _title(self) -> str:
-        each = [found.name if found.is_named else f"perhaps {found.name}" for found in self.effects]
+        each = [found.name if found.is_sure else f"perhaps {found.name}" for found in self.effects]
         named = ", ".join(each) or "no effect"
         return f"Diagnosis of {self.recording}: {self.outcome}, {named} (± is 95 %)"
 

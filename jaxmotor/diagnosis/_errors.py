@@ -16,6 +16,8 @@ from jaxmotor.diagnosis._free import OWN
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import AbstractEffect, Rig, free_size, parameters
 
+NO_VARIANCE = 1e-12
+"""Part of the variance by independent residuals below which blocks say nothing of a parameter."""
 APART = 5.0
 """Standard errors by which motors differ that are not one: they are fitted less patiently while they are compared."""
 
@@ -37,8 +39,10 @@ def covariance(fitted: Fitted, block: np.ndarray) -> Float[np.ndarray, "p p"]:
     sandwich = bread @ meat @ bread
     unlike = np.concatenate([np.ones(OWN), *_unlikeness(fitted.template.effects)])
     own = bread * max(fitted.chi2, 1.0) * np.outer(unlike, unlike)
-    grow = np.sqrt(np.maximum(np.diag(own) / np.maximum(np.diag(sandwich), 1e-300), 1.0))
-    return sandwich * np.outer(grow, grow) + np.diag(np.where(known, 0.0, np.inf))
+    none = np.diag(sandwich) <= NO_VARIANCE * np.diag(own)
+    grow = np.sqrt(np.maximum(np.diag(own) / np.where(none, np.diag(own) + 1e-300, np.diag(sandwich)), 1.0))
+    larger = np.where(np.add.outer(none, none), own, sandwich * np.outer(grow, grow))
+    return larger + np.diag(np.where(known, 0.0, np.inf))
 
 
 def _unlikeness(effects: tuple[AbstractEffect, ...]) -> list[np.ndarray]:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, LEAST, Explained, Found
 from jaxmotor.diagnosis._free import is_possible, linear_of, with_effect
-from jaxmotor.diagnosis._held_out import hold_out
+from jaxmotor.diagnosis._held_out import HeldOut, hold_out
+from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._reading_time import is_near, with_timing_offset
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
@@ -64,6 +65,7 @@ class Explanation(NamedTuple):
     search: Search
     found: Found
     before: Residual
+    held: HeldOut
     after: Residual
 
 
@@ -83,14 +85,15 @@ class _Searched(NamedTuple):
 def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Explanation:
     """`recording`, whose linear motor `identify` has found as `fit`."""
     known = _in_own_noise(_carried_over(_searched(recording, fit, request, seed)))
-    known = _in_time(known, request, seed)
+    known, held = _validated(_in_time(known, request, seed))
     if not known.found.named:
-        return Explanation(*known, known.before)
+        return Explanation(*known, held, known.before)
     after = _residual(known.study, known.found.fitted, seed)
     if not _is_disturbance(known.study, known.found, (*known.before.dependences, *after.dependences)):
-        return Explanation(*known, after)
+        return Explanation(*known, held, after)
     linear = known.found.linear
-    return Explanation(*known._replace(found=Found(linear, linear, (), {}, {})), known.before)
+    nothing = Found(linear, linear, (), {}, {})
+    return Explanation(*known._replace(found=nothing), hold_out(known.study, nothing), known.before)
 
 
 def _in_time(known: _Searched, request: Request, seed: int) -> _Searched:
@@ -275,6 +278,23 @@ def _carried_over(known: _Searched) -> _Searched:
         return known
     visited.forget(LEARNED.keys() & curved)
     return _carried_over(known._replace(found=known.search.as_found(law)))
+
+
+def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
+    """`known`, or where its motor predicts rows held out worse than the linear one, with that of the motors about as
+    likely which predicts them best, if that is better; and what is held out."""
+    held = hold_out(known.study, known.found)
+    if not held.is_worse:
+        return known, held
+    visited = known.search.visited
+    weight = visited.weights()
+    likely = [visited.fitted[names] for names, own in weight.items() if own > EQUAL * max(weight.values())]
+    drifts = side_by_side(lambda one: held.drift(one.motor, one, held.before.drift), likely)
+    drift, best = min(zip(drifts, likely, strict=True), key=lambda pair: pair[0])
+    if not drift < held.before.drift:
+        return known, held
+    known = known._replace(found=known.search.found_at(best))
+    return known, hold_out(known.study, known.found)
 
 
 def _in_own_noise(known: _Searched) -> _Searched:

@@ -51,12 +51,25 @@ class FoundEffect:
     name_probability: float = 0.0
     """As `family_probability`, with laws that contain the effect; of a known law in a log whose noise is not known
     without learned curves: the law may be one that nobody tried."""
+    kin_probability: float = 1.0
+    """As sure as a name is: the probability of it or of any effect of its family."""
 
     @property
     def is_named(self) -> bool:
         """It is told as a cause, by its name: that or what it may as well be is nearly sure (`NAMED`). Otherwise its
         family is told."""
         return self.name_probability >= NAMED
+
+    @property
+    def is_one_of_several(self) -> bool:
+        """Only it or alternatives that have nothing in common with it are nearly sure, together: a choice that the
+        recording leaves."""
+        return self.is_named and self.kin_probability < NAMED
+
+    @property
+    def is_sure(self) -> bool:
+        """It is named, and no mere choice."""
+        return self.is_named and not self.is_one_of_several
 
     @property
     def is_told(self) -> bool:

@@ -73,6 +73,7 @@ def _effect(found: FoundEffect) -> dict[str, Any]:
         "family_probability": min(found.family_probability, 1.0),
         "name_probability": min(found.name_probability, 1.0),
         "named": found.is_named,
+        "one_of_several": found.is_one_of_several,
         "family": found.effect.family or None,
         "of_family_probability": min(found.of_family, 1.0),
         "unexplained_share": found.unexplained_share,

@@ -35,7 +35,14 @@ class Resemblance(NamedTuple):
 
     def sized(self, unit: LearnedUnit) -> str:
         """`text` and the size, which is in `unit`, for people."""
-        return f"{self.text}, of up to {with_error(1e3 * self.most, 1e3 * self.standard_error, f'm{unit}')}"
+        return f"{self.text}, {_up_to(self.most, self.standard_error, unit)}"
+
+
+def _up_to(size: float, standard_error: float, unit: LearnedUnit) -> str:
+    """The most that a curve adds [`unit`], for people."""
+    if not 1.96 * standard_error < size:
+        return "of a size that is not determined"
+    return f"of up to {with_error(1e3 * size, 1e3 * standard_error, f'm{unit}')}"
 
 
 class Shape(NamedTuple):
@@ -85,8 +92,7 @@ class LearnedLaw:
     @property
     def _size(self) -> str:
         most = int(np.argmax(np.abs(self.values)))
-        size, error = (1e3 * abs(float(one[most])) for one in (self.values, self.standard_error))
-        return f", of up to {with_error(size, error, f'm{self.unit}')}"
+        return f", {_up_to(abs(float(self.values[most])), float(self.standard_error[most]), self.unit)}"
 
     @property
     def text(self) -> str:

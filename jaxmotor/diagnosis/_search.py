@@ -142,7 +142,10 @@ class Search:
         if is_wide(fitted.template.effects):
             self.visited.keep([self._smoothed(fitted)])
             fitted = self.visited.fitted.get(frozenset(fitted.names), fitted)
-        fitted = self._known(self._likely(fitted))
+        return self.found_at(self._known(self._likely(fitted)))
+
+    def found_at(self, fitted: Fitted) -> Found:
+        """`fitted`, with the alternatives to each of its effects."""
         named = tuple(self._leveled(self._named(fitted, name)) for name in self._causes(fitted))
         last = self._refined(fitted) if named else self.linear
         share = self.explained.share_left(last, self.linear.chi2)

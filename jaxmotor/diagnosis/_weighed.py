@@ -66,9 +66,12 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
         own, more, unknown = about[effect.name], _more_than_ordinary(effect, error), _unknown(effect, error)
         of_family = found.families.get(effect.family, 0.0)
-        sure, with_equal, with_law, family = (more * share for share in _sureness(own, of_family))
+        sure, with_equal, with_law, family, kin = (more * share for share in _sureness(own, of_family))
         if _may_be_none(effect, unknown):
             sure = with_equal = with_law = 0.0
+        if held.is_worse and gain <= 0:
+            # Without it rows that were held out are predicted better.
+            sure = with_equal = with_law = family = kin = 0.0
         effects.append(
             FoundEffect(
                 effect,
@@ -82,6 +85,7 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
                 unexplained_share=own.unexplained_share,
                 held_out_share=own.held_out_share,
                 name_probability=with_law,
+                kin_probability=max(sure, kin if effect.family else 0.0),
             )
         )
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
@@ -103,14 +107,15 @@ def _may_be_none(effect: AbstractEffect, unknown: tuple[str, ...]) -> bool:
     return bool(sizes) and set(sizes) <= set(unknown)
 
 
-def _sureness(named: Named, of_family: float) -> tuple[float, float, float, float]:
+def _sureness(named: Named, of_family: float) -> tuple[float, float, float, float, float]:
     """The probabilities of an effect, of it or its equals, of those that are laws, and of any of its family, by weights
-    alone `of_family`. That something depends on a coordinate, as a curve says, is as sure as a family."""
+    alone `of_family`; and the last one as sure as a name is. That something depends on a coordinate, as a curve says,
+    is as sure as a family."""
     share = named.unexplained_share
     sure = OF_FAMILY(share) if named.name in LEARNED else of_name(share, named.held_out_share)
     with_equal = sure * named.with_equal
     family = max(OF_FAMILY(share) * of_family, with_equal) if of_family else 0.0
-    return sure * named.probability, with_equal, sure * named.with_law, family
+    return sure * named.probability, with_equal, sure * named.with_law, family, sure * of_family
 
 
 def _unknown(effect: AbstractEffect, error: dict[str, float]) -> tuple[str, ...]:

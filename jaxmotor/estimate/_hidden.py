@@ -129,7 +129,8 @@ class _Laws:
             return white
         score, information = self.score[:, laws], self.information[:, laws][:, :, laws]
         share = np.einsum("p,kpq,q->k", row, information, row) / row[0]
-        freedom = 1 / (share**2).sum() - 1
+        square = float((share**2).sum())
+        freedom = 1 / square - 1 if square > 0 else 0.0
         if not freedom > ENDLESS:
             return white * np.sqrt(self.colour)
         left = score - information @ amounts

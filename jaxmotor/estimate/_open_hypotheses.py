@@ -7,6 +7,7 @@ Friction and a dead zone take their volts off the voltage: with a shift h = d lo
 exact for steps of one height 1/h. The others move log K and log a in proportion.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,9 @@ LEAST_SHARE = 0.01
 """Part of gain or pole by which it must move them for that, too."""
 LARGEST = 20.0
 """Logarithm of the ratio of an interval's end to its middle at most."""
-ANYTHING = 1000.0
+FARTHEST = 3.0
+"""By which a logarithm of gain or pole is moved at most: to first order nothing is known so far away."""
+ANYTHING = math.exp(FARTHEST)
 """Ratio of an interval's ends from which it says nothing."""
 MOST_OF_VOLTAGE = 0.6
 """Part of the voltage that friction, a dead zone or drag takes at most of a motor that turns."""
@@ -58,6 +61,8 @@ class OpenHypothesis(NamedTuple):
     """Of the motor if it is there with that [rad/s/V]."""
     pole: float
     """The same [rad/s]."""
+    anything: bool = False
+    """These are as far as first order goes, and not known beyond that."""
 
     @property
     def phrase(self) -> str:
@@ -67,10 +72,12 @@ class OpenHypothesis(NamedTuple):
     @property
     def note(self) -> str:
         """What is open, what it would move, and the experiment that decides."""
+        moved = f"the gain would be up to {self.gain:.4g} rad/s/V and the pole {self.pole:.4g} rad/s"
+        if self.anything:
+            moved = "gain and pole are not determined"
         return (
             f"this input does not show whether there is {self.phrase}: with up to {self.largest:.2g} "
-            f"{UNITS[self.name]} of it the gain would be up to {self.gain:.4g} rad/s/V and the pole {self.pole:.4g} "
-            f"rad/s; to decide, {DECIDE[self.name]}"
+            f"{UNITS[self.name]} of it {moved}; to decide, {DECIDE[self.name]}"
         )
 
 
@@ -109,7 +116,8 @@ def open_hypotheses(
         with_it = _with(shown, shift, largest, name)
         corners += _sides(with_it, half)
         if (np.abs(with_it - shown) > scores).any():
-            found.append(OpenHypothesis(name, largest, float(with_it[0]), float(with_it[1])))
+            anything = bool(np.abs(np.log(with_it / shown)).max() > FARTHEST - 1e-9)
+            found.append(OpenHypothesis(name, largest, float(with_it[0]), float(with_it[1]), anything))
     lowest, highest = np.min(corners, axis=0), np.max(corners, axis=0)
     ends = [(float(low), float(high)) for low, high in zip(lowest, highest, strict=True)]
     return tuple(found), Allowed(*ends)
@@ -152,7 +160,7 @@ def _sides(motor: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 def _with(motor: np.ndarray, shift: np.ndarray, amount: float, name: str) -> np.ndarray:
     """Gain and pole with `amount` of the law; (2,) `shift` are those of their logarithms for one unit."""
-    moved = np.exp(np.clip(shift * amount, -3.0, 3.0))
+    moved = np.exp(np.clip(shift * amount, -FARTHEST, FARTHEST))
     if name in ("friction", "dead zone") and 0 < shift[0] * amount < 1:
         moved[0] = 1 / (1 - shift[0] * amount)
     return motor * moved

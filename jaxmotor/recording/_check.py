@@ -244,9 +244,9 @@ def warn_pulses(recording: Recording) -> list[str]:
 
 def warn_fixed_time(recording: Recording) -> list[str]:
     """Speeds that look like those of a program that takes its rows to be even, which nobody has stated."""
-    if recording.measured != "speed" or recording.period_s is not None:
+    if recording.measured != "speed" or recording.speed_pulses_per_rev is not None:
         return []
-    if recording.speed_pulses_per_rev is not None or recording.speed_window_rows is not None:
+    if recording.speed_window_rows is not None:
         return []
     usual_s = seen_fixed_time_s(recording.segments)
     if usual_s is None:

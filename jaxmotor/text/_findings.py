@@ -87,11 +87,15 @@ def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
 
 
 def cause(found: FoundEffect) -> str:
-    """The effect with its probability, or its family with it where that is all that may be said; without either being
-    likely, that the motor fits better with it."""
+    """The effect with its probability, or what it may as well be where these have nothing in common, or its family
+    where that is all that may be said; without either being likely, that the motor fits better with it."""
     own = f"probability {percent(found.probability)}"
     if not found.is_told:
         return f"no cause that is likely; the motor fits better with {found.name} ({own})"
+    if found.is_one_of_several:
+        together = percent(found.name_probability)
+        several = either([found.name, *equals(found)], str)
+        return f"{several}: which of them, this recording does not tell (together {together}); if it is {found.name}"
     if found.is_named:
         also = f", with the alternatives that fit as well {percent(found.family_probability)}" if equals(found) else ""
         return f"{found.name} ({own}{also})"
@@ -123,9 +127,9 @@ def equals(found: FoundEffect) -> list[str]:
     return [one.name for one in found.alternatives if one.inseparable]
 
 
-def either(effects: list[str]) -> str:
-    """Names of effects as words, with an "or" before the last."""
-    *others, last = map(named, effects)
+def either(effects: list[str], name: Callable[[str], str] = named) -> str:
+    """Effects called by `name`, with an "or" before the last."""
+    *others, last = map(name, effects)
     return f"{', '.join(others)} or {last}" if others else last
 
 

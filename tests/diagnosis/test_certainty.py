@@ -10,7 +10,7 @@ from other_world import Certain
 from test_story import found_effect
 
 from jaxmotor.cli._story import diagnosis_text
-from jaxmotor.diagnosis import to_json
+from jaxmotor.diagnosis import Alternative, to_json
 from jaxmotor.diagnosis._certainty import OF_FAMILY, OF_NAME, Logistic, of_name
 from jaxmotor.diagnosis._found import NAMED, Explained, Found, Named
 from jaxmotor.diagnosis._free import linear_of, with_effect
@@ -79,6 +79,27 @@ def test_below_the_stated_probability_the_family_is_told():
         unsure("sensor_lag"), probability=NAMED, family_probability=NAMED, name_probability=NAMED
     )
     assert "sensor_lag (probability 90 %):" in " ".join(diagnosis_text(imitated(sure)).split())
+
+
+def test_what_has_nothing_in_common_is_told_as_a_choice():
+    """An effect of which only it and effects of other families are sure together."""
+    alternatives = (Alternative("backlash", 0.0, True), Alternative("cogging", 0.01, True))
+    one = dataclasses.replace(
+        unsure("input_threshold", 0.5), alternatives=alternatives, name_probability=0.95, family_probability=0.95
+    )
+    choice = imitated(dataclasses.replace(one, kin_probability=0.55))
+    told = " ".join(diagnosis_text(choice).split())
+    assert "input_threshold, backlash or cogging: which of them, this recording does not tell (together 95 %)" in told
+    assert "if it is input_threshold: voltages below" in told and "if it is input_threshold: Keep commands" in told
+    assert "perhaps input_threshold" in str(choice)
+    [effect] = to_json(choice)["effects"]
+    assert effect["named"] and effect["one_of_several"]
+    # Where its family is as sure as a name, it is a cause.
+    cause = imitated(dataclasses.replace(one, kin_probability=0.92))
+    told = " ".join(diagnosis_text(cause).split())
+    assert "input_threshold (probability 50 %, with the alternatives that fit as well 95 %): voltages" in told
+    assert " input_threshold: Keep commands" in told and "if it is input_threshold" not in told
+    assert not to_json(cause)["effects"][0]["one_of_several"]
 
 
 def test_what_is_not_likely_is_no_cause():

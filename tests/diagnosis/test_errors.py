@@ -41,3 +41,15 @@ def test_what_shows_in_no_row_is_not_known(x64):
     fitted = Fitted(motor, free, np.zeros(1), np.zeros(ROWS), jacobian, True)
     errors = np.sqrt(np.diag(covariance(fitted, np.arange(ROWS) * BLOCKS // ROWS)))
     assert np.flatnonzero(np.isinf(errors)).tolist() == [OWN + 1]
+
+
+def test_a_parameter_of_which_blocks_say_nothing_has_the_error_of_its_rows(x64):
+    """However large: what shows next to nothing of it in any row must not overflow."""
+    motor = linear_of(10.0, 40.0, effects=(FRICTION, BACKLASH))
+    free = free_of(motor)
+    jacobian = 1e3 * np.random.default_rng(0).normal(size=(ROWS, len(free)))
+    jacobian[:, OWN] *= 1e-120
+    fitted = Fitted(motor, free, np.zeros(1), np.zeros(ROWS), jacobian, True)
+    spread = covariance(fitted, np.arange(ROWS) * BLOCKS // ROWS)
+    assert np.isfinite(spread).all() and 1e115 < np.sqrt(spread[OWN, OWN]) < 1e120
+    assert (np.square(spread[OWN] / np.sqrt(spread[OWN, OWN])) <= 1.001 * np.diag(spread)).all()

@@ -1,30 +1,40 @@
 """What an extended motor is worth on data that it was not fitted to, where that is less than nothing."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from testing.made import recording, sine, step
 
 from jaxmotor.diagnosis._diagnose import _notes
-from jaxmotor.diagnosis._found import Found
+from jaxmotor.diagnosis._errors import covariance
+from jaxmotor.diagnosis._explain import _Searched, _validated
+from jaxmotor.diagnosis._found import Found, Named
 from jaxmotor.diagnosis._free import linear_of, with_effect
 from jaxmotor.diagnosis._held_out import hold_out
+from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._split import split
 from jaxmotor.diagnosis._study import study_of
-from jaxmotor.motor.effects import TransportDelay, VoltageOffset
+from jaxmotor.diagnosis._weighed import found_effects
+from jaxmotor.motor.effects import LoadTorque, TransportDelay, VoltageOffset
 
 GAIN, POLE = 11.0, 40.0
 RUNS = [sine(f) for f in (0.7, 1.1, 1.9, 2.3, 3.1, 4.3)] + [step(h, 300) for h in (5.1, -4.2, 3.4, -2.7, 2.0, 4.6)]
 
 
-def held(offset_V: float, offset_of_held_out_V: float):
-    """Motors without and with an offset, fitted to the segments that are not held out."""
+def mixed(offset_V: float, offset_of_held_out_V: float):
+    """A study of a motor whose offset is another one in the segments that are held out, and its linear motor."""
     there, apart = (recording(0, GAIN, POLE, offset=volts, runs=RUNS) for volts in (offset_V, offset_of_held_out_V))
     out = [part.segment for part in split(there)]
-    mixed = tuple((apart if k in out else there).segments[k] for k in range(len(RUNS)))
-    study = study_of(dataclasses.replace(there, segments=mixed), POLE)
-    linear = study.solver.fit(linear_of(GAIN, POLE))
+    segments = tuple((apart if k in out else there).segments[k] for k in range(len(RUNS)))
+    study = study_of(dataclasses.replace(there, segments=segments), POLE)
+    return study, study.solver.fit(linear_of(GAIN, POLE))
+
+
+def held(offset_V: float, offset_of_held_out_V: float):
+    """Motors without and with an offset, fitted to the segments that are not held out."""
+    study, linear = mixed(offset_V, offset_of_held_out_V)
     fitted = study.solver.fit(with_effect(linear.motor, VoltageOffset.start()))
     return hold_out(study, Found(linear, fitted, (), {}, {}))
 
@@ -37,6 +47,42 @@ def test_an_offset_that_changes_its_sign_does_not_carry_over():
     assert any(
         "do not carry over" in note for note in _notes((), found, Found(found.linear, found.fitted, (), {}, {}), ())
     )
+
+
+@pytest.mark.usefixtures("x64")
+@pytest.mark.parametrize("other", [-0.3, 0.3])
+def test_an_effect_without_which_held_out_rows_are_predicted_better_is_not_named(other):
+    found = held(0.3, other)
+    sure = Named("voltage_offset", (), 1.0, 1.0, frozenset(), 0.0, 1.0)
+    named = Found(found.linear, found.fitted, (sure,), {}, {"direction": 1.0})
+    [effect] = found_effects(found.study, found, named, covariance(found.fitted, found.train.block))
+    assert effect.is_named == effect.is_told == (not found.is_worse) == (other > 0)
+    assert effect.probability == effect.family_probability == effect.of_family == (other > 0)
+
+
+@pytest.mark.usefixtures("x64")
+def test_of_motors_about_as_likely_the_one_that_predicts_held_out_rows_best_is_taken():
+    """Only where the likeliest predicts them worse than the linear one does."""
+    study, linear = mixed(0.3, -0.3)
+    worse, offset_once = (
+        study.solver.fit(with_effect(linear.motor, one)) for one in (VoltageOffset.start(), LoadTorque.start())
+    )
+    lag = study.solver.fit(with_effect(linear.motor, TransportDelay.start()))
+    held = hold_out(study, Found(linear, worse, (), {}, {}))
+    drifts = {one: held.drift(one.motor, one) for one in (worse, offset_once, lag)}
+    assert held.is_worse and drifts[lag] < held.before.drift < drifts[offset_once]
+
+    def taken(weight: dict[Fitted, float], first: Fitted = worse) -> Fitted:
+        fitted = {frozenset(one.names): one for one in weight}
+        weights = {frozenset(one.names): own for one, own in weight.items()}
+        visited = SimpleNamespace(fitted=fitted, weights=lambda: weights)
+        at = SimpleNamespace(visited=visited, found_at=lambda one: Found(linear, one, (), {}, {}))
+        known = _Searched(None, study, at, Found(linear, first, (), {}, {}), None)  # pyright: ignore[reportArgumentType]
+        return _validated(known)[0].found.fitted
+
+    assert taken({worse: 0.6, offset_once: 0.3, lag: 0.1}) is lag
+    assert taken({worse: 0.6, offset_once: 0.39, lag: 0.01}) is worse
+    assert taken({worse: 0.6, offset_once: 0.3, lag: 0.1}, linear) is linear
 
 
 @pytest.mark.usefixtures("x64")

@@ -11,7 +11,7 @@ from testing.made import PERIOD, motion, recording, step
 from jaxmotor.estimate import Allowed, OpenHypothesis, allowing, identify, to_json
 from jaxmotor.estimate._assess import _left_over
 from jaxmotor.estimate._hidden import Beside, Hidden
-from jaxmotor.estimate._open_hypotheses import shown_laws
+from jaxmotor.estimate._open_hypotheses import open_hypotheses, shown_laws
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
 from jaxmotor.prediction import pack
 from jaxmotor.recording import Recording, Segment, bundled
@@ -104,6 +104,15 @@ def test_of_a_law_beyond_any_motor_no_size_is_told(volts, told):
     packed, shift = pack(bundled("paper"), (0, 1, 2)), np.array([0.1, 0.0])
     [sentence] = shown_laws(packed, np.array([10.0, 40.0]), Beside((Hidden("drag", volts, 0.01, shift, shift),), ()))
     assert told in sentence
+
+
+@pytest.mark.parametrize(("moves", "told"), [(0.5, "would be up to"), (40.0, "gain and pole are not determined")])
+def test_beyond_first_order_no_motor_is_told(moves, told):
+    packed, shift = pack(bundled("paper"), (0, 1, 2)), np.array([0.1, moves])
+    beside = Beside((), (Hidden("delay", 0.1, 0.05, shift, shift),))
+    [one], allowed = open_hypotheses(packed, np.array([10.0, 40.0]), np.array([0.1, 0.4]), beside)
+    assert told in one.note and one.anything == (moves > 1)
+    assert allowed.pole[1] > 40 * np.exp(min(0.2 * moves, 3.0))
 
 
 def test_an_interval_of_many_decades_is_none():

@@ -88,6 +88,20 @@ def test_others_are_not(tmp_path, seed):
     assert not is_told(few)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_they_are_told_where_rows_of_an_even_log_are_lost(tmp_path, seed):
+    """Speeds in the log are as high again after a lost row; those that are means over the time it took are not."""
+    rng = np.random.default_rng(seed)
+    even = FIXED_S * np.arange(500)
+    kept = np.sort(rng.choice(np.arange(500), 490, replace=False))
+    time, volts = even[kept] - even[kept[0]], np.repeat(rng.uniform(2.0, 6.0, 10), 50)[kept]
+    counts = np.diff(np.floor(motor(time, volts)[0] / (2 * np.pi) * 4000), prepend=0.0)
+    turned = counts / 4000 * 2 * np.pi
+    own = log(tmp_path, time, volts, turned / FIXED_S)
+    assert own.period_s == pytest.approx(FIXED_S) and is_told(own)
+    assert not is_told(log(tmp_path, time, volts, turned / np.diff(time, prepend=-FIXED_S)))
+
+
 def test_of_even_rows_they_are_means_over_a_period(tmp_path):
     time = 2 * FIXED_S * np.arange(200)
     volts = np.repeat([0.0, 3.0, -2.0, 5.0], 50)

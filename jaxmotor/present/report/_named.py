@@ -48,7 +48,7 @@ def _effect(found: FoundEffect, path: str, diagnosis: Diagnosis) -> Html:
     rows = [_parameter(found, name, path) for name in told_parameters(found.effect)]
     return element(
         "div",
-        element("h3", capital(named(found.name) if found.is_named else f"perhaps {named(found.name)}")),
+        element("h3", capital(f"{'' if found.is_sure else 'perhaps '}{named(found.name)}")),
         paragraph(f"{capital(sentence(found))}. It lowers the {_drift(diagnosis)} of held-out data by ", gain, end),
         table(f"Parameters of {named(found.name)}", ("parameter", "value", "95 % interval"), rows) if rows else None,
     )

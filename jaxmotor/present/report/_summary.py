@@ -129,8 +129,8 @@ def _cause(found: FoundEffect) -> str:
     its family where it may only imitate another one."""
     if not found.is_named:
         return f"{family_of(found.effect)} (most like {named(found.name)})"
-    if found.probability < LIKELY and len(names := [found.name, *equals(found)]) > 1:
-        return f"{either(names)} (indistinguishable in this recording)"
+    if equals(found) and (found.is_one_of_several or found.probability < LIKELY):
+        return f"{either([found.name, *equals(found)])} (indistinguishable in this recording)"
     return named(found.name) if found.probability >= SURE else f"{named(found.name)} (probably)"
 
 
@@ -185,7 +185,8 @@ def _odds(found: FoundEffect, path: str) -> Html:
 def _next(diagnosis: Diagnosis) -> Content:
     told: list[Content] = []
     for found in (one for one in diagnosis.named if one.is_told):
-        name = capital(named(found.name)) if found.probability >= LIKELY else f"If it is {named(found.name)}"
+        is_likely = found.probability >= LIKELY and not found.is_one_of_several
+        name = capital(named(found.name)) if is_likely else f"If it is {named(found.name)}"
         told.append(f"{name}: {found.effect.advice}")
     left = looks_like(diagnosis)
     told += [] if left is None else [f"{capital(left)}."]
