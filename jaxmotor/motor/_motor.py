@@ -22,7 +22,7 @@ from jaxmotor.motor._linear import AbstractLinearMotor
 from jaxmotor.motor._readable import readable
 from jaxmotor.motor._scan import scan_rows
 from jaxmotor.motor._speed_law import SpeedLaw, command
-from jaxmotor.motor.effects._base import FEWEST_LATE, AbstractEffect, AbstractLagSensorEffect, Scalar, Source
+from jaxmotor.motor.effects._base import AbstractEffect, AbstractLagSensorEffect, Scalar, Source
 from jaxmotor.motor.effects._elementwise import elementwise
 from jaxmotor.motor.effects._substep import (
     Linear,
@@ -156,6 +156,16 @@ class _Row(NamedTuple):
     place: Scalar | None
     late: LateVolts | None
     """Where voltages act late and rows have lengths of their own."""
+    at: "_Number | None" = None
+    """Where voltages act late and rows are even."""
+
+
+class _Number(NamedTuple):
+    row: Int[Array, "..."]
+    first: Int[Array, "..."]
+    """Of the row with which its experiment begins."""
+    volts: Scalar
+    """Asked for in that row."""
 
 
 class _Readings(NamedTuple):
@@ -184,7 +194,7 @@ class _Carry(NamedTuple):
     x: tuple[Scalar, ...]
     memory: tuple[Scalar, ...]
     past: Float[Array, "k *sequence"]
-    """Voltages asked for, the latest first; empty without delay, and where rows have lengths of their own."""
+    """Voltages of all rows that a controller has asked for, where they act late; else empty."""
     angle: Scalar
     """Simulated [rad]."""
     read: Scalar
@@ -204,8 +214,6 @@ class _Setup(NamedTuple):
     controller: AbstractController | None
     count_rad: Scalar | None
     instantaneous: Bool[Array, ""] | None
-    late: int
-    """How many of the last voltages may still come to act."""
 
     @property
     def back(self) -> Scalar:
@@ -236,7 +244,6 @@ def simulate_motor(
     begin: InitialAngle | None = None,
     lengths: Float[Array, " 2"] | None = None,
     instantaneous: Bool[Array, ""] | None = None,
-    late: int = FEWEST_LATE,
 ) -> Run:
     """Free motion of `motor`, each row held for `duration` [s] (one for all, or one per row) in `steps` (`steps_for`).
 
@@ -249,8 +256,7 @@ def simulate_motor(
     speed that a sensor shows at the tick. Rows from `used` on are not simulated. Without `begin` the shaft stands at 0,
     in the middle of a count. `lengths` are a typical `duration` and the longest [s]: given them, many rows of durations
     of their own are interpolated, to parts in 1e9, instead of computed one by one; a row that is longer still is taken
-    to be that long. In even rows a delay may be `late` - 2 of them at most (`rows_late`); a longer one is taken to be
-    that long.
+    to be that long.
 
     **Raises:** `ValueError` where a `controller` chooses voltages that it does not know in time: they may be early, or
     rows have lengths of their own and voltages act late.
@@ -258,7 +264,7 @@ def simulate_motor(
     shape = jnp.broadcast_shapes(*(jnp.shape(leaf) for leaf in jax.tree.leaves((motor, rows.initial_speed[0]))))
     motor = jax.tree.map(lambda leaf: jnp.reshape(leaf, (1,) * (len(shape) - jnp.ndim(leaf)) + jnp.shape(leaf)), motor)
     parts, steps = parts_of(motor.effects), jnp.asarray(steps, jnp.int32)
-    setup = _Setup(motor, parts, steps, supply, controller, count_rad, instantaneous, late)
+    setup = _Setup(motor, parts, steps, supply, controller, count_rad, instantaneous)
     if controller is not None and setup.parts.early:
         raise ValueError("a controller cannot choose voltages that act before they are chosen")
     if controller is not None and setup.parts.delays and duration.ndim > 0:
@@ -270,20 +276,31 @@ def simulate_motor(
         setup, over = _stepped(setup, longest), tabulated(setup.over, lengths)
     spans = None
     if duration.ndim == 0:
-        whole, part = _ticks_late(setup, duration)
+        whole, part = _ticks_late(setup, duration, len(rows.volts))
         spans = _spans(_stepped(setup, duration), over, duration, part, whole)
+
+    inputs = _inputs(rows, duration, setup.parts.early)
 
     def tick(carry: _Carry, row: _Row) -> tuple[_Carry, Run]:
         own = setup if lengths is not None or spans is not None else _stepped(setup, row.duration)
-        return _tick(setup, spans or functools.partial(_spans, own, over), _begun(setup, carry, row), row)
+        over_row = spans or functools.partial(_spans, own, over)
+        return _tick(setup, over_row, _begun(setup, carry, row), row, inputs.volts)
 
-    inputs = _inputs(rows, duration, setup.parts.early)
-    if spans is None and parts.delays:
+    if spans is not None and parts.delays:
+        inputs = inputs._replace(at=_numbered(rows))
+    elif parts.delays:
         typical = duration.max() if lengths is None else lengths[0]
         late_ones = late_volts(_delay(setup), rows.volts, rows.reset, duration, typical, used, early=parts.early)
         inputs = inputs._replace(late=late_ones)
-    _, run = scan_rows(tick, _start(setup, rows.volts[0], shape, begin, even=spans is not None), inputs, used)
+    remembered = len(rows.volts) if controller is not None and parts.delays else 0
+    _, run = scan_rows(tick, _start(setup, rows.volts[0], shape, begin, remembered), inputs, used)
     return run
+
+
+def _numbered(rows: Rows) -> _Number:
+    number = jnp.arange(len(rows.reset), dtype=jnp.int32).reshape(-1, *(1,) * (rows.reset.ndim - 1))
+    first = jax.lax.cummax(jnp.where(rows.reset, number, 0), axis=0)
+    return _Number(jnp.broadcast_to(number, first.shape), first, jnp.take_along_axis(rows.volts, first, 0))
 
 
 def _inputs(rows: Rows, duration: Float[Array, "..."], early: bool) -> _Row:
@@ -360,20 +377,20 @@ def _delay(setup: _Setup) -> Scalar:
     return sum((effect.delay() for effect in setup.parts.delays), jnp.zeros_like(setup.motor.linear.gain))
 
 
-def _ticks_late(setup: _Setup, duration: Scalar) -> tuple[Int[Array, "..."], Scalar]:
-    """Whole ticks, each of `duration` [s], and the part of one by which voltages are late."""
+def _ticks_late(setup: _Setup, duration: Scalar, most: int) -> tuple[Int[Array, "..."], Scalar]:
+    """Whole ticks, each of `duration` [s] and `most` of them, and the part of one by which voltages are late."""
     ticks = _delay(setup) / duration
     if setup.parts.early:  # and nowhere else: at a delay of zero the limit would halve its derivative
         ticks = jnp.maximum(ticks + 1.0, 0.0)
-    whole = jnp.clip(jnp.floor(ticks), 0.0, setup.late - 2.0)
+    whole = jnp.clip(jnp.floor(ticks), 0.0, float(most))
     return whole.astype(setup.steps.dtype), jnp.minimum(ticks - whole, 1.0)
 
 
-def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: InitialAngle | None, *, even: bool) -> _Carry:
+def _start(setup: _Setup, volts: Scalar, shape: tuple[int, ...], begin: InitialAngle | None, remembered: int) -> _Carry:
     zero = jnp.zeros(shape, volts.dtype)
     angle, reading = (zero, zero + 0.5) if begin is None else begin
     memory = tuple(zero for _ in setup.parts.memories)
-    past = jnp.zeros((setup.late if setup.parts.delays and even else 0, *volts.shape), volts.dtype)
+    past = jnp.zeros((remembered, *(shape if remembered else volts.shape)), volts.dtype)
     control = None if setup.controller is None else setup.controller.begin()
     return _Carry(setup.resting(zero), memory, past, angle, zero, reading, control)
 
@@ -388,7 +405,6 @@ def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
     new = carry._replace(
         x=setup.resting(row.speed, row.place),
         memory=tuple(effect.begin(memory, row.speed, pause) for effect, memory in effects),
-        past=jnp.zeros_like(carry.past).at[:1].set(row.own if setup.parts.early else 0.0),
         read=-_rounded(carry.reading, -row.speed * row.duration, setup.count_rad)[0],
         control=None if setup.controller is None else setup.controller.begin(),
     )
@@ -396,17 +412,27 @@ def _begun(setup: _Setup, carry: _Carry, row: _Row) -> _Carry:
 
 
 def _tick(
-    setup: _Setup, spans: _Spans | Callable[[Scalar, Scalar, Scalar], _Spans], carry: _Carry, row: _Row
+    setup: _Setup,
+    spans: _Spans | Callable[[Scalar, Scalar, Scalar], _Spans],
+    carry: _Carry,
+    row: _Row,
+    every: Float[Array, "n *sequence"],
 ) -> tuple[_Carry, Run]:
+    """One row of those whose voltages are `every` one, where no controller chooses them."""
     parts, volts, control = setup.parts, row.volts, carry.control
     if setup.controller is not None:
         volts, control = setup.controller.volts(control, volts, _reading(setup, carry, row.duration), row.duration)
-    past = jnp.concatenate([volts[None], carry.past])[: len(carry.past)]
+    past = carry.past
+    if len(past):
+        assert row.at is not None
+        volts = jnp.broadcast_to(volts, past.shape[1:])
+        past = jax.lax.dynamic_update_index_in_dim(past, volts, row.at.row.reshape(-1)[0], 0)
     old, new, part, zero = volts, volts, row.duration, jnp.zeros_like(carry.angle)
     if row.late is not None:
         old, new, part = row.late
     elif parts.delays and isinstance(spans, _Spans):
-        old, new = _ago(past, spans.whole + 1), _ago(past, spans.whole)
+        assert row.at is not None
+        old, new = (_ago(past if len(past) else every, row.at, spans.whole + more, parts.early) for more in (1, 0))
     now = spans if isinstance(spans, _Spans) else spans(row.duration, part, jnp.zeros_like(setup.steps))
     measured = None if row.angle is None else _measured(parts, row.angle, carry.memory)
     state = _steps(setup, now, State(carry.x, carry.memory, zero, zero), (old, new), measured or carry.angle, row)
@@ -425,9 +451,13 @@ def _reading(setup: _Setup, carry: _Carry, duration: Scalar) -> Scalar:
     return jnp.where(setup.instantaneous, shown * duration, carry.read)
 
 
-def _ago(past: Float[Array, "k *sequence"], ticks: Int[Array, "..."]) -> Scalar:
-    """The voltage asked for that many `ticks` ago [V]."""
-    return jnp.take_along_axis(past, ticks[None], 0, mode="promise_in_bounds")[0]
+def _ago(every: Float[Array, "n *sequence"], at: _Number, ticks: Int[Array, "..."], early: bool) -> Scalar:
+    """Of `every` row's voltage that which was asked for so many `ticks` ago [V], none before the experiment; where it
+    may be `early`, `every` one is that of the row after."""
+    row = at.row - ticks
+    asked = jnp.take_along_axis(every, jnp.maximum(row, 0)[None], 0, mode="promise_in_bounds")[0]
+    before = jnp.where(row == at.first - 1, at.volts, 0.0) if early else jnp.zeros_like(asked)
+    return jnp.where(row >= at.first, asked, before)
 
 
 def _steps(

@@ -62,9 +62,7 @@ def _simulated(
         None if places is None else chosen(places, jnp.asarray(batch.piece)),
     )
     duration = _by_row(batch.duration, each)
-    return simulate_motor(
-        motor, rows, duration, log.supply, log.steps, used=log.used, lengths=log.lengths, late=log.late
-    )
+    return simulate_motor(motor, rows, duration, log.supply, log.steps, used=log.used, lengths=log.lengths)
 
 
 def _by_row(values: Any, each: int = 1) -> Array:

@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor._precision import to_jax
 from jaxmotor.motor import steps_for
-from jaxmotor.motor.effects import MeasuredLog, rows_late
+from jaxmotor.motor.effects import MeasuredLog
 from jaxmotor.prediction._packing import Packed
 from jaxmotor.prediction._problem import Problem, as_problem
 from jaxmotor.prediction._shaft import measured_log, rows_in_log, shaft_angles, supply_of, time_of
@@ -42,8 +42,6 @@ class Log(eqx.Module):
     """Rows of the fullest sequence; the others are padding."""
     lengths: Float[Array, " 2"] | None
     """A typical duration of a row and the longest [s], where rows have durations of their own."""
-    late: int = eqx.field(static=True)
-    """How many of the last voltages a simulation keeps (`rows_late`)."""
 
     @property
     def valid(self) -> Bool[np.ndarray, "sequence row"]:
@@ -66,7 +64,6 @@ def log_of(recording: Recording, packed: Packed, pole_rad_s: float, everything: 
         to_jax(np.int32(_steps(packed, pole_rad_s))),
         to_jax(np.int32(np.nonzero(packed.segment_of >= 0)[1].max() + 1)),
         None if packed.batch.duration.ndim == 0 else to_jax(np.array([period, longest])),
-        rows_late(period),
     )
 
 

@@ -27,7 +27,6 @@ from jaxmotor.motor.effects._base import free_size as free_size
 from jaxmotor.motor.effects._base import from_free as from_free
 from jaxmotor.motor.effects._base import parameter as parameter
 from jaxmotor.motor.effects._base import parameters as parameters
-from jaxmotor.motor.effects._base import rows_late as rows_late
 from jaxmotor.motor.effects._base import to_free as to_free
 from jaxmotor.motor.effects._base import told_parameters as told_parameters
 from jaxmotor.motor.effects._base import values_at as values_at

@@ -331,17 +331,8 @@ class AbstractSourceEffect(AbstractEffect):
 
 OWN_LAG_S = 2.6e-4
 """Longest L/R of a motor without an effect: what is late by no more than that may be the winding's."""
-LONGEST_DELAY_S = 0.12
-"""Delays up to this are sought, and in even rows simulated; and any of `FEWEST_LATE` - 2 rows."""
-FEWEST_LATE, MOST_LATE = 32, 1024
-"""Rows that a simulation of even rows remembers of the voltage: powers of two between these."""
-
-
-def rows_late(period_s: float) -> int:
-    """How many of the last voltages a simulation keeps, in rows of about `period_s`: a power of two, since each number
-    asks for a program of its own."""
-    rows = 2 + math.ceil(LONGEST_DELAY_S / period_s) if period_s > 0 else FEWEST_LATE
-    return min(max(1 << (rows - 1).bit_length(), FEWEST_LATE), MOST_LATE)
+LONGEST_DELAY_S = 0.5
+"""Delays up to this are sought, and any of up to twenty rows."""
 
 
 class AbstractDelayEffect(AbstractEffect):

@@ -10,7 +10,6 @@ import numpy as np
 from jaxmotor.motor.effects._base import (
     INFINITE,
     LONGEST_DELAY_S,
-    MOST_LATE,
     OWN_LAG_S,
     AbstractDelayEffect,
     AbstractDriveEffect,
@@ -45,7 +44,7 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        longest = min(LONGEST_DELAY_S / rig.period_s, MOST_LATE)
+        longest = LONGEST_DELAY_S / rig.period_s
         longer = itertools.takewhile(lambda ticks: ticks < longest, (34.0 * 1.7**k for k in itertools.count()))
         ticks = (0.3, 0.8, 1.4, 2.2, 4.0, 7.0, 12.0, 20.0, *longer)
         return tuple(cls.of(delay_s=number * rig.period_s) for number in ticks)

@@ -25,7 +25,6 @@ from jaxmotor.motor.effects import (
     LogFilter,
     Rig,
     TransportDelay,
-    rows_late,
     to_free,
 )
 from jaxmotor.motor.effects._learned import TERMS
@@ -304,8 +303,7 @@ def test_a_torque_wanders_slowly_however_long_the_log(duration_s, sought):
 
 
 @pytest.mark.parametrize("period_s", [2e-4, 1e-3, 5e-3, 20e-3])
-def test_delays_are_sought_as_long_as_they_are_simulated(period_s):
+def test_delays_are_sought_up_to_the_longest(period_s):
     starts = TransportDelay.starts(RIG._replace(period_s=period_s))
     delays = [float(start.delay_s) for start in starts]
-    assert delays == sorted(delays) and delays[-1] > 0.5 * LONGEST_DELAY_S
-    assert delays[-1] < (rows_late(period_s) - 2) * period_s
+    assert delays == sorted(delays) and 0.5 * LONGEST_DELAY_S < delays[-1] < LONGEST_DELAY_S
