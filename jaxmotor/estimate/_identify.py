@@ -1,5 +1,6 @@
 """From a recording to a motor: the steps in their order, each written elsewhere."""
 
+import dataclasses
 import os
 from collections.abc import Callable, Iterable
 from typing import Any, Literal, NamedTuple, get_args
@@ -13,7 +14,9 @@ from jaxmotor._programs import compile_ahead
 from jaxmotor.estimate._assess import (
     EVIDENCE,
     HELD_OFFSET,
+    NO_OFFSET,
     UNDETERMINED,
+    UNLIKE,
     Assessment,
     assess,
     is_quiet,
@@ -21,6 +24,7 @@ from jaxmotor.estimate._assess import (
 )
 from jaxmotor.estimate._averaging import OF_LOG, averaged, offset_alone, packed_for_average
 from jaxmotor.estimate._compiled import evaluate_program, response_program, start_program, trajectory_program
+from jaxmotor.estimate._dead_time import dead_time
 from jaxmotor.estimate._electrical import electrical_share
 from jaxmotor.estimate._estimate import Estimate, fit_whole
 from jaxmotor.estimate._fingerprint import fingerprint
@@ -28,6 +32,7 @@ from jaxmotor.estimate._fit import Fit
 from jaxmotor.estimate._frequency_response import FrequencyResponse
 from jaxmotor.estimate._hidden import ENDLESS
 from jaxmotor.estimate._model import ModelRig
+from jaxmotor.estimate._open_hypotheses import SHOWN
 from jaxmotor.estimate._paper import fit_paper
 from jaxmotor.estimate._sine_data import sine_data, sine_segments
 from jaxmotor.estimate._speed_average import SpeedAverage, average_seen, stated
@@ -112,6 +117,7 @@ def identify(
         assessment = assess(recording, packed, *estimate)
     else:
         packed, estimate, assessment = _first_order(recording, fitted, packed, psi, seed)
+        assessment = _with_dead_time(recording, fitted, packed, estimate, assessment, seed)
     if assessment.average is not None:
         notes = list(check(stated(recording, assessment.average)))
     if assessment.average is assessment.timing is None:
@@ -360,6 +366,27 @@ def _with_offset(recording: Recording, packed: Packed, psi: np.ndarray, seed: in
         return fit_whole(recording, as_problem(packed, timed=True), np.append(psi, FIRST_OFFSET_ROWS), seed)
     except JaxmotorError:
         return None
+
+
+def _with_dead_time(
+    recording: Recording,
+    fitted: tuple[int, ...],
+    packed: Packed,
+    estimate: Estimate,
+    assessment: Assessment,
+    seed: int,
+) -> Assessment:
+    """`assessment`; of a motor that it does not determine, and with laws that to first order are the most likely ones,
+    with the note on a dead time in their place, if there is one."""
+    notes = assessment.notes
+    shown = [note for note in notes if note.startswith(SHOWN)]
+    is_known = assessment.average is not None or assessment.timing is not None
+    if is_known or not shown or not any(note.endswith(UNLIKE) for note in notes):
+        return assessment
+    late = dead_time(recording, fitted, packed, estimate, seed, HELD_OFFSET if NO_OFFSET in notes else ())
+    if late is None:
+        return assessment
+    return dataclasses.replace(assessment, notes=tuple(late.note if note in shown else note for note in notes))
 
 
 def _second_order(recording: Recording, problem: Problem, first: Estimate, seed: int, notes: list[str]) -> Estimate:
