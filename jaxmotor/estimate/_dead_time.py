@@ -7,7 +7,6 @@ the least sum of squares,
     min over d of min over K, b, a of Σ (y - y(K, b, a; u(t - d)))².
 """
 
-import dataclasses
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -18,8 +17,8 @@ from jaxmotor._errors import JaxmotorError
 from jaxmotor.estimate._estimate import Estimate, fit_whole
 from jaxmotor.estimate._open_hypotheses import MOST_TICKS, SHOWN
 from jaxmotor.motor.effects import LONGEST_DELAY_S
-from jaxmotor.prediction import Packed, as_problem, holding, pack
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.prediction import Packed, as_problem, delayed, holding
+from jaxmotor.recording import Recording
 
 EXPLAINS = 0.5
 """Part of what the linear motor leaves that a dead time must take up to be told."""
@@ -52,39 +51,35 @@ class DeadTime(NamedTuple):
 
 
 def dead_time(
-    recording: Recording,
-    fitted: tuple[int, ...],
-    packed: Packed,
-    estimate: Estimate,
-    seed: int,
-    held: tuple[int, ...] = (),
+    recording: Recording, packed: Packed, estimate: Estimate, seed: int, held: tuple[int, ...] = ()
 ) -> DeadTime | None:
-    """That of the segments `fitted`, beside their linear motor `estimate`, of whose ψ those that are `held` were not
+    """That of `packed` segments, beside their linear motor `estimate`, of whose ψ those that are `held` were not
     fitted; None where none of more than a few rows takes up enough of what that leaves."""
     row_s = float(packed.durations[0])
-    known: dict[float, tuple[float, Estimate]] = {}
+    start = np.asarray(estimate.solution.psi)
+    known: dict[float, tuple[float, np.ndarray]] = {}
+    """Sum of squares and ψ of each delay whose fit settled."""
 
     def square(delay_s: float) -> float:
-        late = pack(_later(recording, delay_s), fitted, few_shapes=True, noise=packed.observation.noise)
         try:
-            found = fit_whole(recording, holding(as_problem(late), held), np.asarray(estimate.solution.psi), seed)
+            found = fit_whole(recording, holding(as_problem(delayed(packed, delay_s)), held), start, seed)
         except JaxmotorError:
             return np.inf
-        known[delay_s] = _square(found), found
+        known[delay_s] = _square(found), np.asarray(found.solution.psi)
         return known[delay_s][0]
 
     longest_s = min(LONGEST_DELAY_S, LONGEST_SHARE * len(packed) * row_s)
     delays_s = _tried(MOST_TICKS * row_s, longest_s)
     squares = [square(delay_s) for delay_s in delays_s[1:-1]]
-    if not squares or not np.isfinite(squares).any():
+    if not known:
         return None
     best = 1 + int(np.argmin(squares))
     _minimise(square, delays_s[best - 1], delays_s[best + 1], FINE_ROWS * row_s)
     delay_s = min(known, key=lambda one: known[one][0])
-    least, found = known[delay_s]
+    least, psi = known[delay_s]
     if not least < (1 - EXPLAINS) * _square(estimate):
         return None
-    return DeadTime(delay_s, float(found.solution.psi[0]), float(np.exp(found.solution.psi[2])))
+    return DeadTime(delay_s, float(psi[0]), float(np.exp(psi[2])))
 
 
 def _tried(from_s: float, to_s: float) -> list[float]:
@@ -110,20 +105,3 @@ def _minimise(function: Callable[[float], float], low: float, high: float, fine:
 def _square(estimate: Estimate) -> float:
     """Sum of squares of what it leaves [units²]."""
     return float(np.square(np.asarray(estimate.solution.residual)).sum())
-
-
-def _later(recording: Recording, delay_s: float) -> Recording:
-    """`recording` with voltages that act `delay_s` later."""
-    late = (_segment_later(segment, delay_s) for segment in recording.segments)
-    return dataclasses.replace(recording, segments=tuple(late))
-
-
-def _segment_later(segment: Segment, delay_s: float) -> Segment:
-    """In each row the mean over its time; none before the first."""
-    if len(segment) < 2:
-        return segment
-    time = segment.time_s
-    ends = np.append(time[1:], time[-1] + np.median(np.diff(time)))
-    places, charge = np.append(time[0], ends), np.append(0.0, np.cumsum(segment.volts * (ends - time)))
-    until, since = (np.interp(one - delay_s, places, charge) for one in (ends, time))
-    return dataclasses.replace(segment, volts=(until - since) / (ends - time), duty=None)

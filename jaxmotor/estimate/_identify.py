@@ -117,7 +117,7 @@ def identify(
         assessment = assess(recording, packed, *estimate)
     else:
         packed, estimate, assessment = _first_order(recording, fitted, packed, psi, seed)
-        assessment = _with_dead_time(recording, fitted, packed, estimate, assessment, seed)
+        assessment = _with_dead_time(recording, packed, estimate, assessment, seed)
     if assessment.average is not None:
         notes = list(check(stated(recording, assessment.average)))
     if assessment.average is assessment.timing is None:
@@ -369,12 +369,7 @@ def _with_offset(recording: Recording, packed: Packed, psi: np.ndarray, seed: in
 
 
 def _with_dead_time(
-    recording: Recording,
-    fitted: tuple[int, ...],
-    packed: Packed,
-    estimate: Estimate,
-    assessment: Assessment,
-    seed: int,
+    recording: Recording, packed: Packed, estimate: Estimate, assessment: Assessment, seed: int
 ) -> Assessment:
     """`assessment`; of a motor that it does not determine, and with laws that to first order are the most likely ones,
     with the note on a dead time in their place, if there is one."""
@@ -383,7 +378,7 @@ def _with_dead_time(
     is_known = assessment.average is not None or assessment.timing is not None
     if is_known or not shown or not any(note.endswith(UNLIKE) for note in notes):
         return assessment
-    late = dead_time(recording, fitted, packed, estimate, seed, HELD_OFFSET if NO_OFFSET in notes else ())
+    late = dead_time(recording, packed, estimate, seed, HELD_OFFSET if NO_OFFSET in notes else ())
     if late is None:
         return assessment
     return dataclasses.replace(assessment, notes=tuple(late.note if note in shown else note for note in notes))

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from jaxmotor._errors import JaxmotorError
-from jaxmotor.prediction._flexible_model import LogRows
+from jaxmotor.prediction._flexible_model import LogRows, late
 from jaxmotor.prediction._noise import Noise, estimated, rounding, unknown
 from jaxmotor.recording import Recording, Segment, at_duty, is_steady, pulse_windows
 
@@ -365,12 +365,30 @@ def _in_noise(recording: Recording, packed: Packed, segments: tuple[int, ...], n
     return dataclasses.replace(packed, batch=batch, observation=observation)
 
 
+def delayed(packed: Packed, delay_s: float) -> Packed:
+    """`packed` with voltages that act `delay_s` later: in each row their mean over its time (`late`), and none before
+    the first row of a segment. Numpy only."""
+    used, order = _in_order(packed)
+    rows = _log_rows(packed)
+    rows = rows._replace(free=np.where(packed.row_of[used][order] == 0, 0.0, rows.free))
+    volts = np.zeros(len(order))
+    volts[order] = late(rows, delay_s)
+    batch = packed.batch._replace(volts=packed.batch.volts.copy())
+    batch.volts[used] = volts
+    return dataclasses.replace(packed, batch=batch)
+
+
+def _in_order(packed: Packed) -> tuple[np.ndarray, np.ndarray]:
+    """(sequence, row) which rows are the log's, and the order of their pieces in that."""
+    used = packed.segment_of >= 0
+    return used, np.argsort(packed.batch.piece[used], kind="stable")
+
+
 def _log_rows(packed: Packed) -> LogRows:
     """The rows of `packed` [1 rad or 1 rad/s], one piece after the other as the recording has them: what drifts in its
     course does so here, wherever pieces were placed."""
     batch, turn = packed.batch, packed.observation.kind == "turn"
-    used = packed.segment_of >= 0
-    order = np.argsort(batch.piece[used], kind="stable")
+    used, order = _in_order(packed)
 
     def rows(values: np.ndarray) -> np.ndarray:
         return np.broadcast_to(values, used.shape)[used][order]

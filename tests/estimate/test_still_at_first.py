@@ -37,9 +37,11 @@ def test_of_counts_and_several_steps():
     assert float(fit.standard_error.pole) > 0.1 * float(fit.motor.pole)
 
 
+@pytest.mark.parametrize("at_rest", [True, False])
 @pytest.mark.parametrize("jitter", [0.0, 0.3])
-def test_of_noisy_speeds_and_one_step(jitter):
-    """Of even and of uneven rows; with one height the offset is taken to be none."""
+def test_of_noisy_speeds_and_one_step(jitter, at_rest):
+    """Of even and of uneven rows, whether or not the log says that it begins at rest; with one height the offset is
+    taken to be none."""
     rng = np.random.default_rng(2)
     number = 600
     time = (np.arange(number) + jitter * rng.uniform(-0.5, 0.5, number)) * PERIOD
@@ -47,7 +49,7 @@ def test_of_noisy_speeds_and_one_step(jitter):
     since = time - time[0] - dead_s
     speed = np.where(since > 0, 5.0 * GAIN * (1 - np.exp(-POLE * np.maximum(since, 0.0))), 0.0)
     speed += 0.2 * rng.standard_normal(number)
-    one = Segment("other", 0.0, True, {}, time - time[0], np.full(number, 5.0), speed_rad_s=speed)
+    one = Segment("other", 0.0, at_rest, {}, time - time[0], np.full(number, 5.0), speed_rad_s=speed)
     if not jitter:
         one = dataclasses.replace(one, tick=np.arange(number))
     log = Recording((one,), "step", None if jitter else PERIOD, supply_V=7.4, speed_window_s=0.0, duty_delay_s=0.0)
