@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import sys
 from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
@@ -16,6 +17,8 @@ FASTEST = 8.0
 """Cycles of a sine over the whole recording that a curve over time can show."""
 SIZES, SECTORS = 120, 24
 """Of a known shape that has one, over the coordinate's range; and places where a sector may begin."""
+ROUNDING = 1e-9
+"""Part of a shape that is its rounding, where gain and offset absorb the rest."""
 ALIKE = 0.9
 """Similarity from which a curve is said to be like a known one."""
 
@@ -196,16 +199,18 @@ def _resemblance(
     absorbed = [np.ones_like(at)]
     if coordinate in ("speed", "voltage"):
         absorbed.append(at)
-    columns, curve = shape.columns * root[:, None], values * root
+    # At speeds far above its own a shape is next to nothing everywhere: its most is 1 here, so that it can be squared.
+    unit = shape.columns / max(float(np.abs(shape.columns).max()), sys.float_info.min)
+    whole, curve = unit * root[:, None], values * root
     taken = np.linalg.qr(np.column_stack(absorbed) * root[:, None])[0]
-    columns, curve = columns - taken @ (taken.T @ columns), curve - taken @ (taken.T @ curve)
+    columns, curve = whole - taken @ (taken.T @ whole), curve - taken @ (taken.T @ curve)
+    shows = np.linalg.norm(columns) > ROUNDING * np.linalg.norm(whole)
     into = np.linalg.pinv(columns)
     size, length = into @ curve, float(np.linalg.norm(curve))
-    if length == 0 or (shape.kind == "signed" and size[0] <= 0):
+    if length == 0 or not (shows and size.any()) or (shape.kind == "signed" and size[0] <= 0):
         return Resemblance(shape.name, 0.0, shape.text)
     similarity = float(np.clip(np.linalg.norm(columns @ size) / length, 0.0, 1.0))
-    most = float(np.abs(shape.columns).max())
     spread = (into * root) @ covariance @ (into * root).T
-    way = size / np.linalg.norm(size)
-    error = most * float(np.sqrt(max(way @ spread @ way, 0.0)))
-    return Resemblance(shape.name, similarity, shape.text, most * float(np.linalg.norm(size)), error)
+    most = float(np.linalg.norm(size))
+    error = float(np.sqrt(max(size @ spread @ size, 0.0))) / most
+    return Resemblance(shape.name, similarity, shape.text, most, error)

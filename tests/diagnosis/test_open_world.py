@@ -321,6 +321,16 @@ def test_known_laws_are_recognised(law, low, high, curve, name, text):
         assert turned[name] == 0
 
 
+@pytest.mark.parametrize("law", ["torque_over_speed", "torque_over_angle", "voltage_over_command", "wandering_torque"])
+@pytest.mark.parametrize("low, high", [(200, 900), (1e-4, 2e-4)], ids=["high", "low"])
+def test_shapes_of_which_next_to_nothing_shows_have_no_size(law, low, high):
+    """As a friction that falls within 2 rad/s does at none of the speeds from 200 rad/s on."""
+    at = np.linspace(low, high, 121)
+    found = resemblances(BUILT_IN[law], at, -np.tanh(at / high), np.ones(121), 1e-4 * np.eye(121))
+    assert all(np.isfinite([one.similarity, one.most, one.standard_error]).all() for one in found)
+    assert all(one.most == 0 for one in found if one.similarity == 0)
+
+
 def test_a_curve_is_like_nothing_larger_than_the_voltages_applied():
     at = np.linspace(100, 900, 121)
     shape = -8.0 * np.exp(-np.square(at / 850))
