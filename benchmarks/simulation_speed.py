@@ -35,7 +35,7 @@ from jaxmotor._runtime import keep_programs
 from jaxmotor.diagnosis._free import free_of, linear_of, together
 from jaxmotor.diagnosis._residuals import residuals_program
 from jaxmotor.diagnosis._shared_program import as_shared
-from jaxmotor.diagnosis._solve import WIDTH, Solver
+from jaxmotor.diagnosis._solve import Solver
 from jaxmotor.diagnosis._study import study_of
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import EFFECTS, Motor
@@ -236,7 +236,7 @@ def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -
     """A row of the table."""
     trial, motor = solver.trial, motor_with(names)
     free = free_of(motor)
-    alone, speeds = together([motor] * WIDTH), np.zeros((WIDTH, solver.pieces))
+    alone, speeds = together([motor] * solver.width), np.zeros((solver.width, solver.pieces))
     motors = as_shared(alone, solver.sharing)
     seconds = compiling(motors, speeds, trial)
     loop, filtered = in_c(folder, names, trial)
@@ -253,10 +253,10 @@ def measure(names: tuple[str, ...], solver: Solver, folder: Path, rounds: int) -
     loop()
     apart = np.abs(ours - filtered)[trial.valid].max() / np.abs(filtered).max()
     times = in_turn(functions, rounds)
-    each, own = ([t / WIDTH for t in times[name]] for name in ("alone", "simulation"))
+    each, own = ([t / solver.width for t in times[name]] for name in ("alone", "simulation"))
     ratios = [statistics.median(a / b for a, b in zip(one, times["C"], strict=True)) for one in (each, own)]
     columns = statistics.median(j / s / len(free) for j, s in zip(times["jacobian"], own, strict=True))
-    longer = statistics.median(a / WIDTH / b for a, b in zip(times["uneven"], own, strict=True))
+    longer = statistics.median(a / solver.width / b for a, b in zip(times["uneven"], own, strict=True))
     cells = [f"{1e3 * statistics.median(one):.2f}" for one in (times["C"], each, own)]
     cells += [
         *(f"{ratio:.2f}" for ratio in ratios),

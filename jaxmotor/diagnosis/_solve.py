@@ -67,8 +67,9 @@ fifty times that a motor is simulated in its fit, as long as it takes to compile
 SHORT_ALONE = 4_000
 """The same of a log that is one sequence, up to which they share more: there they take a third longer, which over all
 fits of a diagnosis is a quarter of what compiling takes that is saved."""
-WIDTH = 8
-"""Motors that a program simulates side by side; more are several calls, of which as many run as there are cores."""
+WIDTH, LANES = 8, 16
+"""Motors that a program simulates side by side, at least, and in how many sequences in all: more are several calls, of
+which as many run as there are cores. In a log of one sequence 16 motors take 1.1 to 1.4 times as long as 8."""
 HANGS = 3
 """Times that a motor is fitted anew after its load was placed within its gap."""
 SHARES, SHORTER = 0.5 ** np.arange(8), np.geomspace(1e-3, 1e5, 8)
@@ -163,6 +164,8 @@ class Solver:
         self.most = int(trial.steps)
         """Steps per row, in which a motor is simulated where nothing else is asked for."""
         self._in_steps = {self.most: self.given}
+        self.width = max(WIDTH, LANES // len(trial.valid))
+        """Motors that a program simulates side by side."""
 
     def residuals(self, motors: Motor, speeds: np.ndarray, steps: int | None = None) -> np.ndarray:
         """(k, n) filtered residuals of motors whose leaves are (k,), simulated in `steps` per row (None: `most`)."""
@@ -170,10 +173,10 @@ class Solver:
         leaves, tree = jax.tree.flatten((self._shared(motors), speeds))
 
         def part(begin: int) -> np.ndarray:
-            some = [leaf[begin : begin + WIDTH] for leaf in leaves]
+            some = [leaf[begin : begin + self.width] for leaf in leaves]
             return self.rows(self._program(some, tree, steps)["drift"])[: len(some[-1])]
 
-        begins = range(0, len(speeds), WIDTH)
+        begins = range(0, len(speeds), self.width)
         # What a long log takes in memory is not taken twice.
         return np.concatenate(side_by_side(part, begins) if self.is_short else [part(begin) for begin in begins])
 
@@ -193,8 +196,8 @@ class Solver:
         return as_shared(motors, self.sharing, self.window_s)
 
     def _program(self, leaves: list[np.ndarray], tree: Any, steps: int | None = None) -> dict[str, Any]:
-        """Of motors and initial speeds whose `leaves` have at most `WIDTH` rows, the last of which is repeated."""
-        rows = np.minimum(np.arange(WIDTH), len(leaves[-1]) - 1)
+        """Of motors and initial speeds whose `leaves` have at most `width` rows, the last of which is repeated."""
+        rows = np.minimum(np.arange(self.width), len(leaves[-1]) - 1)
         motors, speeds = jax.tree.unflatten(tree, [leaf[rows] for leaf in leaves])
         return residuals_program(motors, speeds, self._given_in(self.most if steps is None else steps))
 

@@ -258,17 +258,19 @@ def warn_fixed_time(recording: Recording) -> list[str]:
 
 
 def warn_spikes(recording: Recording) -> list[str]:
-    """Speeds and angles that last for one row only, and that no motor has."""
+    """Speeds and angles that last for a row or few, and that no motor has."""
     found = spikes(recording)
     if not found:
         return []
-    index, row = found[0]
+    index, row, rows = found[0]
     segment, measured = recording.segments[index], recording.measured
     more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
     unit, why = ("rad/s", "a counter that wraps, or a spike") if measured == "speed" else ("rad", "a lost reading")
+    lasts = "that row only" if rows == 1 else f"that row and the next{'' if rows == 2 else f' {rows - 1}'} only"
     return [
-        f"the {measured} of segment {index} at {when(segment, row)} is {segment.shaft[row]:.4g} {unit}, for that row "
-        f"only{more}: no motor does that, but {why}; correct the row, or leave its {measured} empty"
+        f"the {measured} of segment {index} at {when(segment, row)} is {segment.shaft[row]:.4g} {unit}, for {lasts}"
+        f"{more}: no motor does that, but {why}; correct the {'row' if rows == 1 else 'rows'}, or leave the {measured} "
+        "there empty"
     ]
 
 

@@ -12,10 +12,14 @@ Motion is taken per elapsed tick, so lost samples are no jumps. Starts, stops, r
 pass because their motion lasts, and a single pulse into a motor much faster than the sampling by the last condition.
 A jump within 20 counts (and the motion around it) of a power of two is a counter that wrapped; these are recognised
 by the first condition alone, since a narrow counter wraps often. Of logged speeds a row is told on the same conditions,
-with 20 times the smallest speed in the place of 20 counts; it is no error, for a long log may bear it. So it is with an
-angle that is off for one row: it is more than 8 times as far from the straight line between its neighbours as nearly
-all rows are, and what these are off is what that one makes of them.
+with 20 times the smallest speed in the place of 20 counts; it is no error, for a long log may bear it. Less is enough
+where the speed goes back while the voltage stays: up to three rows are told where they are left by a change that is
+more than 8 times what the next two rows bring, and nearly all do under a voltage that stays, and that were entered by
+one the other way. So it is with an angle that is off for one row: it is more than 8 times as far from the straight line
+between its neighbours as nearly all rows are, and what these are off is what that one makes of them.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,7 +32,10 @@ LEAST = 20
 BACK = 3.0
 """Times what its neighbours are off without it, from which an angle is off alone."""
 USUAL = 0.97
-"""Quantile of angles' distances from their neighbours: a lost reading in a short log is three of the largest."""
+"""Quantile of angles' distances from their neighbours: a lost reading in a short log is three of the largest. And of
+changes of a speed."""
+FEW = 3
+"""Rows that a wrong speed lasts at most."""
 WIDTHS = (16, 24, 32)
 """Widths of counters that may wrap [bit]."""
 
@@ -63,12 +70,21 @@ def check_jumps(recording: Recording) -> None:
         _check_counts(recording, index, jump[rows], doubtful[rows], around[rows], large)
 
 
-def spikes(recording: Recording) -> list[tuple[int, int]]:
-    """Segment and row of each logged speed or angle that no motor has, for that row only."""
+class Spike(NamedTuple):
+    """Rows of which no motor has the speed or angle, beside those around them."""
+
+    segment: int
+    row: int
+    """The first one."""
+    rows: int = 1
+
+
+def spikes(recording: Recording) -> list[Spike]:
+    """Of the logged speeds or angles, in their order."""
     return {"speed": _speed_spikes, "angle": _angle_spikes, "count": lambda _: []}[recording.measured](recording)
 
 
-def _angle_spikes(recording: Recording) -> list[tuple[int, int]]:
+def _angle_spikes(recording: Recording) -> list[Spike]:
     long = {index: one for index, one in enumerate(recording.segments) if len(one) > 4}
     if not long:
         return []
@@ -81,7 +97,7 @@ def _angle_spikes(recording: Recording) -> list[tuple[int, int]]:
         middle = own[1:-1]
         beside = np.maximum(np.abs(own[:-2] + part[:-2] * middle), np.abs(own[2:] + (1 - part[2:]) * middle))
         alone = (np.abs(middle) > least) & (np.abs(middle) > BACK * beside)
-        found += [(index, int(row) + 2) for row in np.flatnonzero(alone)]
+        found += [Spike(index, int(row) + 2) for row in np.flatnonzero(alone)]
     return found
 
 
@@ -92,7 +108,42 @@ def _off_line(time_s: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.nda
     return angle[1:-1] - angle[:-2] - part * (angle[2:] - angle[:-2]), part
 
 
-def _speed_spikes(recording: Recording) -> list[tuple[int, int]]:
+def _speed_spikes(recording: Recording) -> list[Spike]:
+    there_and_back = _there_and_back(recording)
+    told = {(one.segment, one.row + k) for one in there_and_back for k in range(one.rows)}
+    return sorted([*there_and_back, *(one for one in _far_above(recording) if (one.segment, one.row) not in told)])
+
+
+def _there_and_back(recording: Recording) -> list[Spike]:
+    """Up to `FEW` rows whose speed is left again while the voltage stays."""
+    segments = recording.segments
+    changes = [np.diff(segment.shaft.astype(np.float64)) for segment in segments]
+    same = [segment.volts[1:] == segment.volts[:-1] for segment in segments]
+    usual = np.abs(np.concatenate([change[stays] for change, stays in zip(changes, same, strict=True)]))
+    usual = usual[np.isfinite(usual)]
+    least = FACTOR * float(np.quantile(usual, USUAL)) if len(usual) else np.inf
+    found = []
+    for index, (change, stays) in enumerate(zip(changes, same, strict=True)):
+        after = np.maximum(np.abs(change[2:-1]), np.abs(change[3:]))
+        left = (np.abs(change[1:-2]) > np.maximum(least, FACTOR * after)) & stays[:-3] & stays[1:-2]
+        for row in (np.flatnonzero(left) + 1).tolist():
+            rows = [rows for rows in range(1, FEW + 1) if _enters(change, stays, row, rows)]
+            found += [Spike(index, row + 1 - rows[0], rows[0])] if rows else []
+    return found
+
+
+def _enters(change: np.ndarray, stays: np.ndarray, row: int, rows: int) -> bool:
+    """The speed that `row` leaves was entered `rows` before, the other way; not by a pulse of the voltage, which has
+    ended since."""
+    if row < rows:
+        return False
+    entered, left = change[row - rows], change[row]
+    switched = np.count_nonzero(~stays[max(row - rows - 1, 0) : row + 1])
+    return bool(np.sign(entered) == -np.sign(left) and 2 * abs(entered) > abs(left) and switched <= 1)
+
+
+def _far_above(recording: Recording) -> list[Spike]:
+    """Rows whose speed is many times as large as any around them."""
     sizes = [np.abs(segment.shaft.astype(np.float64)) for segment in recording.segments]
     every = np.concatenate(sizes)
     least = max(FACTOR * float(np.quantile(every, 0.99)), LEAST * float(every[every > 0].min(initial=np.inf)))
@@ -101,7 +152,7 @@ def _speed_spikes(recording: Recording) -> list[tuple[int, int]]:
         beside = np.maximum(size[:-2], size[2:])
         pulsed = _pulsed(segment.volts)
         alone = (size[1:-1] > FACTOR * beside) & (size[1:-1] > least) & ~(pulsed[:-1] | pulsed[1:])
-        found += [(index, int(row) + 1) for row in np.flatnonzero(alone)]
+        found += [Spike(index, int(row) + 1) for row in np.flatnonzero(alone)]
     return found
 
 

@@ -138,6 +138,29 @@ def test_a_speed_of_one_row_that_no_motor_has_is_told(row):
     assert any(f"segment 0 at tick {min(row, 700)} is " in one and "(and 1 more)" in one for one in told)
 
 
+@pytest.mark.parametrize("row, rows", [(388, 1), (388, 3), (501, 2), (501, 3), (700, 1), (700, 2)])
+def test_speeds_that_go_back_while_the_voltage_stays_are_told(row, rows):
+    """As an encoder gives them that was read late: 1.5 times the speed and more, in one row to three, where the voltage
+    has changed (row 501), too."""
+    volts = np.repeat([0.0, 5.0, 9.0, 5.0], [200, 301, 300, 199])
+    speed = motor(volts, pole=0.2)
+    assert spikes(sped(volts, speed)) == []
+    speed[row : row + rows] = 1.5 * np.abs(speed).max()
+    assert spikes(sped(volts, speed)) == [(0, row, rows)]
+    [told] = [one for one in check(sped(volts, speed)) if "no motor does that" in one]
+    lasts = {1: "that row only", 2: "that row and the next only", 3: "that row and the next 2 only"}[rows]
+    assert f"at tick {row} is {speed[row]:.4g} rad/s, for {lasts}: " in told
+
+
+def test_speeds_that_stay_are_no_spikes():
+    """A load that is taken off, a step in few rows, a reading that swings for long."""
+    volts = np.full(1000, 5.0)
+    loaded = np.where(np.arange(1000) < 400, 30.0, 50.0)
+    swings = 40.0 + np.where(np.arange(1000) < 400, 20 * np.cos(np.arange(1000) * 0.9), 0.0)
+    for speed in (loaded, np.minimum(loaded, loaded[::-1]), swings):
+        assert spikes(sped(volts, speed)) == []
+
+
 @pytest.mark.parametrize("pole", [0.02, 0.2, 1.0, 3.0])
 @pytest.mark.parametrize("volts", SOUND.values(), ids=SOUND)
 def test_sound_angles_have_no_spikes(volts, pole):
