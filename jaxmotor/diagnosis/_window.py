@@ -88,8 +88,10 @@ def is_window(study: Study, found: Fitted, visited: Visited) -> bool:
 
 
 def is_average(study: Study, found: Fitted) -> bool:
-    """The window that `found` has is no longer than speeds are averaged over: a longer one is the motor's."""
-    return window_s(found) < LONGEST_AVERAGE_ROWS * float(np.median(study.packed.durations))
+    """The window that `found` has, with its error, is no longer than speeds are averaged over: a longer one is the
+    motor's, and one that may be as long is not shown by the log."""
+    most_s = window_s(found) + 1.96 * _slope(found).error_s(study, found)
+    return most_s < LONGEST_AVERAGE_ROWS * float(np.median(study.packed.durations))
 
 
 def does_as_well(study: Study, windowed: Fitted, late: Motor, visited: Visited) -> bool:

@@ -41,6 +41,15 @@ DECIDE = {
     "delay": "add fast changes of the voltage",
     "electrical lag": "measure L/R, or record shorter rows",
 }
+BESIDE_SEVERAL = {
+    "friction": "add steps to small voltages, at which the motor hardly turns",
+    "dead zone": "add steps to small voltages, at which the motor hardly turns",
+    "drag": "stay longer at small voltages, and at the largest",
+}
+"""Where voltages have several heights already."""
+ALIKE, MOSTLY = 0.05, 0.8
+"""Part of the largest voltage within which heights are one; and of the driven rows, that have the same one where
+voltages have no other."""
 PHRASES = {
     "friction": "Coulomb friction",
     "dead zone": "a dead zone",
@@ -63,6 +72,13 @@ class OpenHypothesis(NamedTuple):
     """The same [rad/s]."""
     anything: bool = False
     """These are as far as first order goes, and not known beyond that."""
+    several: bool = False
+    """The input has several heights."""
+
+    @property
+    def decide(self) -> str:
+        """The experiment that shows it, for people."""
+        return (self.several and BESIDE_SEVERAL.get(self.name)) or DECIDE[self.name]
 
     @property
     def phrase(self) -> str:
@@ -77,7 +93,7 @@ class OpenHypothesis(NamedTuple):
             moved = "gain and pole are not determined"
         return (
             f"this input does not show whether there is {self.phrase}: with up to {self.largest:.2g} "
-            f"{UNITS[self.name]} of it {moved}; to decide, {DECIDE[self.name]}"
+            f"{UNITS[self.name]} of it {moved}; to decide, {self.decide}"
         )
 
 
@@ -117,7 +133,8 @@ def open_hypotheses(
         corners += _sides(with_it, half)
         if (np.abs(with_it - shown) > scores).any():
             anything = bool(np.abs(np.log(with_it / shown)).max() > FARTHEST - 1e-9)
-            found.append(OpenHypothesis(name, largest, float(with_it[0]), float(with_it[1]), anything))
+            gain, pole = map(float, with_it)
+            found.append(OpenHypothesis(name, largest, gain, pole, anything, has_several_heights(packed)))
     lowest, highest = np.min(corners, axis=0), np.max(corners, axis=0)
     ends = [(float(low), float(high)) for low, high in zip(lowest, highest, strict=True)]
     return tuple(found), Allowed(*ends)
@@ -173,6 +190,16 @@ def _largest(packed: Packed, name: str) -> float:
     return largest_voltage(packed)
 
 
+def has_several_heights(packed: Packed) -> bool:
+    """The motor is not driven by voltages that nearly all have one size."""
+    sizes = np.abs(packed.batch.volts[packed.batch.valid])
+    driven = sizes[sizes > ALIKE * sizes.max(initial=0.0)]
+    if not len(driven):
+        return False
+    counts = np.unique(np.round(driven / (ALIKE * driven.max())), return_counts=True)[1]
+    return bool(counts.max() < MOSTLY * len(driven))
+
+
 def largest_voltage(packed: Packed) -> float:
     """That friction, a dead zone or drag takes at most of a motor which turns under these voltages [V]."""
     volts, observed = np.abs(packed.batch.volts), np.abs(packed.batch.observed)
@@ -189,7 +216,7 @@ def open_to_json(found: tuple[OpenHypothesis, ...], allowed: Allowed | None) -> 
             "unit": UNITS[one.name],
             "gain_rad_s_V": one.gain,
             "pole_rad_s": one.pole,
-            "decide": DECIDE[one.name],
+            "decide": one.decide,
         }
         for one in found
     ]

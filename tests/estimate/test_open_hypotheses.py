@@ -11,7 +11,7 @@ from testing.made import PERIOD, motion, recording, step
 from jaxmotor.estimate import Allowed, OpenHypothesis, allowing, identify, to_json
 from jaxmotor.estimate._assess import _left_over
 from jaxmotor.estimate._hidden import Beside, Hidden
-from jaxmotor.estimate._open_hypotheses import open_hypotheses, shown_laws
+from jaxmotor.estimate._open_hypotheses import has_several_heights, open_hypotheses, shown_laws
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
 from jaxmotor.prediction import pack
 from jaxmotor.recording import Recording, Segment, bundled
@@ -43,6 +43,26 @@ def test_steps_of_one_height_leave_friction_open(law):
     assert low < made.gain < high
     assert content["standard_error"]["gain_rad_s_V"] < 0.01 * (high - low)
     assert content["open_hypotheses"][0]["unit"] == "V"
+
+
+@pytest.mark.parametrize(
+    "volts, several",
+    [
+        (np.repeat([5.0, 0.0, -5.0], 10), False),
+        (np.where(np.arange(300) % 7 < 3, 4.0, -4.02), False),
+        (np.repeat([5.0, 0.0, 3.0], 10), True),
+        (6 * np.sin(0.1 * np.arange(300)), True),
+        (np.zeros(300), False),
+    ],
+)
+def test_what_decides_depends_on_the_heights_there_are(volts, several):
+    made = case(np.random.default_rng(4), STEPS, "nothing")
+    packed = pack(made.recording, (0,))
+    batch = packed.batch._replace(volts=np.resize(volts, packed.batch.volts.shape))
+    assert has_several_heights(dataclasses.replace(packed, batch=batch)) == several
+    open_ = OpenHypothesis("friction", 0.3, 12.0, 41.0, several=several)
+    assert ("small voltages" in open_.note) == several and ("second height" in open_.note) != several
+    assert open_.decide in open_.note and "fast changes" in OpenHypothesis("delay", 1.0, 1.0, 1.0, several=several).note
 
 
 def test_the_gain_under_friction_is_that_of_the_voltage_that_is_left():
