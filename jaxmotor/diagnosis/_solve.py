@@ -68,8 +68,9 @@ SHORT_ALONE = 4_000
 """The same of a log that is one sequence, up to which they share more: there they take a third longer, which over all
 fits of a diagnosis is a quarter of what compiling takes that is saved."""
 WIDTH, LANES = 8, 16
-"""Motors that a program simulates side by side, at least, and in how many sequences in all: more are several calls, of
-which as many run as there are cores. In a log of one sequence 16 motors take 1.1 to 1.4 times as long as 8."""
+"""Motors that a program simulates side by side, at least, and in a short log in how many sequences in all: more are
+several calls, of which as many run as there are cores. In a log of one sequence 16 motors take 1.1 to 1.4 times as long
+as 8; a long one needs fewer at once, each with no more effects than its own."""
 HANGS = 3
 """Times that a motor is fitted anew after its load was placed within its gap."""
 SHARES, SHORTER = 0.5 ** np.arange(8), np.geomspace(1e-3, 1e5, 8)
@@ -164,7 +165,7 @@ class Solver:
         self.most = int(trial.steps)
         """Steps per row, in which a motor is simulated where nothing else is asked for."""
         self._in_steps = {self.most: self.given}
-        self.width = max(WIDTH, LANES // len(trial.valid))
+        self.width = max(WIDTH, LANES // len(trial.valid)) if self.is_short else WIDTH
         """Motors that a program simulates side by side."""
 
     def residuals(self, motors: Motor, speeds: np.ndarray, steps: int | None = None) -> np.ndarray:
