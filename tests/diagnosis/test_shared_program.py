@@ -65,6 +65,16 @@ def test_neutral_effects_change_nothing(solver, names):
 
 
 @pytest.mark.usefixtures("x64")
+def test_motors_side_by_side_are_what_each_is_alone(solver):
+    """More than one call has: 16 at once in a log of one sequence, 8 in one of four."""
+    assert solver.width == {"simple": 8, "most": 16}[solver.sharing]
+    motors = [linear_of(GAIN + k, POLE, effects=motor_with(["coulomb_friction"]).effects) for k in range(20)]
+    every = solver.residuals(together(motors), np.repeat(solver.starts[None], 20, axis=0))
+    for k in (0, 7, 8, 15, 16, 19):
+        np.testing.assert_allclose(every[k], solver.residual_of(motors[k], solver.starts)[1], rtol=0, atol=1e-9)
+
+
+@pytest.mark.usefixtures("x64")
 @pytest.mark.parametrize("sharing", ["simple", "most"])
 def test_combinations_of_simple_effects_are_one_program(sharing):
     shared = [name for name in SHARED if BUILT_IN[name].program_level == 0]
