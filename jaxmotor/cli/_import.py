@@ -106,7 +106,7 @@ def import_command(
     given = {key: value for key, value in options.items() if value is not None}
     if steady is None and period is not None:
         given["period_s"] = period
-    _check_usage(source, set(given), units, motor, steady, period)
+    _check_usage(log, source, set(given), units, motor, steady, period)
     check_free(output, force)
 
     from jaxmotor.recording import as_options, import_log, import_steady, import_sysid, write
@@ -122,7 +122,13 @@ def import_command(
 
 
 def _check_usage(
-    source: Source, given: set[str], units: str | None, motor: str | None, steady: float | None, period: float | None
+    log: Path,
+    source: Source,
+    given: set[str],
+    units: str | None,
+    motor: str | None,
+    steady: float | None,
+    period: float | None,
 ) -> None:
     if steady is not None:
         if period is None:
@@ -143,12 +149,26 @@ def _check_usage(
     if len(given & {"time", "period_s"}) != 1 or "input" not in given:
         raise typer.BadParameter(
             "state the columns with --time COL[:s|ms|us] (or --period S, where no column has the time) and "
-            "--input COL:UNIT"
+            f"--input COL:UNIT{_columns_of(log)}"
         )
     if len(given & {"speed", "angle", "count", "pulses"}) != 1:
         raise typer.BadParameter(
             "state the shaft with exactly one of --speed COL:UNIT, --angle COL:UNIT, --count COL, --pulses COL"
+            f"{_columns_of(log)}"
         )
+
+
+def _columns_of(log: Path) -> str:
+    """Which there are, for the end of a sentence; nothing where that cannot be read."""
+    from jaxmotor._errors import JaxmotorError
+    from jaxmotor._sentences import one_of, shown
+    from jaxmotor.recording import column_names
+
+    try:
+        names = column_names(log)
+    except JaxmotorError:
+        return ""
+    return f"; the log's columns are {one_of(map(shown, names))}"
 
 
 def _flag(key: str) -> str:
@@ -174,6 +194,7 @@ def _summary(recording, output: Path) -> str:
         warn_early,
         warn_fixed_time,
         warn_pulses,
+        warn_spikes,
     )
 
     segments = recording.segments
@@ -187,7 +208,7 @@ def _summary(recording, output: Path) -> str:
     every_s = recording.header.get("readings_every_s")
     if every_s is not None:
         without += f"; the log repeated each reading for about {1e3 * every_s:.3g} ms, only new ones are kept"
-    for warn in (warn_early, warn_pulses, warn_fixed_time, warn_bunches, warn_beyond_supply):
+    for warn in (warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches, warn_beyond_supply):
         without += "".join(f"; {sentence}" for sentence in warn(recording))
     if recording.period_s is None:
         return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept{without}"

@@ -18,6 +18,7 @@ from jaxmotor.recording._chosen import names_segments as names_segments
 from jaxmotor.recording._direction import EARLY as EARLY
 from jaxmotor.recording._direction import warn_early as warn_early
 from jaxmotor.recording._direction import warn_sign as warn_sign
+from jaxmotor.recording._foreign import column_names as column_names
 from jaxmotor.recording._foreign import import_log as import_log
 from jaxmotor.recording._from_arrays import from_arrays as from_arrays
 from jaxmotor.recording._from_arrays import from_dataframe as from_dataframe

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from jaxmotor.recording._jumps import spikes
 from jaxmotor.recording._recording import Recording, Segment, mean_speeds
 
 SLOWEST_RAD_S = 1e-9
@@ -40,11 +41,20 @@ def warn_sign(recording: Recording) -> list[str]:
 
 def warn_early(recording: Recording) -> list[str]:
     """A shaft that is still while there is no voltage, but for the last row of that, from which on it turns."""
-    return [EARLY] if any(_is_early(recording, segment) for segment in recording.segments) else []
+    early = [index for index, segment in enumerate(recording.segments) if _is_early(recording, segment)]
+    if not early:
+        return []
+    wrong = {(one.segment, one.row + k) for one in spikes(recording) for k in range(one.rows)}
+    sound = [index for index in early if (index, _first_driven(recording.segments[index])) not in wrong]
+    return [EARLY] if sound else []
+
+
+def _first_driven(segment: Segment) -> int:
+    return int(np.argmax(segment.volts != 0))
 
 
 def _is_early(recording: Recording, segment: Segment) -> bool:
-    first = int(np.argmax(segment.volts != 0))
+    first = _first_driven(segment)
     if first < 2:
         return False
     # Over lost rows it may have been driven.

@@ -191,6 +191,14 @@ def check_stated(drive: Any, drop_first: Any, **texts: Any) -> None:
     check_whole("--drop-first", drop_first)
 
 
+def column_names(path: str | os.PathLike[str]) -> tuple[str, ...]:
+    """Of the log at `path`, as they are to be stated.
+
+    **Raises:** `RecordingError` where they cannot be read, or there are none.
+    """
+    return tuple(opened(path_of(path, "the path of a log"), None, 0, False, {}).cells)
+
+
 def opened(
     path: Path, columns: str | None, drop_first: int, decimal_comma: bool, stated: Mapping[str, str | None]
 ) -> Table:

@@ -363,6 +363,14 @@ def test_a_shaft_that_moves_before_it_is_driven():
     off = np.cumsum(speed) * 0.01
     off[99] -= 0.5
     assert warn_early(angled(off, volts)) == []
+    wrong = sped(
+        volts, np.where((np.arange(200) == 100) | (np.arange(200) == 101), 60.0, 30 - 20 * 0.9 ** np.arange(200))
+    )
+    wrong.segments[0].shaft[:100] = 0.0
+    assert warn_early(wrong) == [] and spikes(wrong) == [(0, 100, 2)]
+    kept = np.delete(np.arange(200), [100, 101])
+    lost = from_arrays(time_s=0.01 * kept, volts=volts[kept], speed_rad_s=speed[kept])
+    assert speed[102] > 0.9 * speed.max() and warn_early(lost) == []
     half_late = speed + np.where(np.arange(200) == 100, 12.0, 0.0)
     coasting = speed[::-1]
     for sound in (half_late, coasting, np.full(200, 30.0)):

@@ -390,6 +390,28 @@ def test_wrong_usage(tmp_path, flags):
     assert run(tmp_path / "log.csv", "-o", tmp_path / "m1.csv", *flags).exit_code == 2
 
 
+def test_wrong_usage_says_which_columns_there_are(tmp_path):
+    log = tmp_path / "log.csv"
+    for text, there in (
+        (LOG, "the log's columns are"),
+        ("t_s,u_V,sp\x1b[31meed\n0,1,2\n1,2,3\n", "\\x1b[31meed"),
+        ("0,1,2\n1,2,3\n", None),
+        (None, None),
+    ):
+        if text is None:
+            log.unlink()
+        else:
+            log.write_text(text)
+        for flags in ((), FLAGS[:4]):
+            result = run(log, "-o", tmp_path / "m1.csv", *flags)
+            told = " ".join(result.output.replace("│", " ").split())
+            assert result.exit_code == 2 and "state the" in told and "\x1b" not in told
+            assert (there in told and "'u_V'" in told) if there else "the log's columns" not in told
+    wide = ",".join(f"column_{k}" for k in range(3000))
+    log.write_text(f"{wide}\n" + ",".join(["1"] * 3000) + "\n")
+    assert len(run(log, "-o", tmp_path / "m1.csv").output) < 2000
+
+
 def test_input_that_acted_before_its_row_is_moved_to_where_it_began(imported):
     text = "t,u,y,part\n" + "".join(f"{k},{10 * k},{k},{k // 3}\n" for k in range(6))
     flags = {"time": "t", "input": "u:V", "speed": "y:rad/s", "segment": "part"}
