@@ -67,7 +67,7 @@ fifty times that a motor is simulated in its fit, as long as it takes to compile
 SHORT_ALONE = 4_000
 """The same of a log that is one sequence, up to which they share more: there they take a third longer, which over all
 fits of a diagnosis is a quarter of what compiling takes that is saved."""
-WIDTH, LANES = 8, 16
+WIDTH, BATCH = 8, 16
 """Motors that a program simulates side by side, at least, and in a short log in how many sequences in all: more are
 several calls, of which as many run as there are cores. In a log of one sequence 16 motors take 1.1 to 1.4 times as long
 as 8; a long one needs fewer at once, each with no more effects than its own."""
@@ -165,7 +165,7 @@ class Solver:
         self.most = int(trial.steps)
         """Steps per row, in which a motor is simulated where nothing else is asked for."""
         self._in_steps = {self.most: self.given}
-        self.width = max(WIDTH, LANES // len(trial.valid)) if self.is_short else WIDTH
+        self.width = max(WIDTH, BATCH // len(trial.valid)) if self.is_short else WIDTH
         """Motors that a program simulates side by side."""
 
     def residuals(self, motors: Motor, speeds: np.ndarray, steps: int | None = None) -> np.ndarray:

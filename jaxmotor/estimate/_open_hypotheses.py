@@ -119,7 +119,7 @@ def open_hypotheses(
     `motor` (2,) is gain [rad/s/V] and pole [rad/s], `half` (2,) the half widths of their 95 % intervals if nothing else
     is there.
     """
-    found, shown = [], _with_shown(packed, motor, beside)
+    found, shown, several = [], _with_shown(packed, motor, beside), has_several_heights(packed)
     corners = [*_sides(motor, half), *_sides(shown, half)]
     for name, amount, error, shift, _ in beside.shown:
         for moved in (LIKELY * error, -min(LIKELY * error, amount)):
@@ -134,7 +134,7 @@ def open_hypotheses(
         if (np.abs(with_it - shown) > scores).any():
             anything = bool(np.abs(np.log(with_it / shown)).max() > FARTHEST - 1e-9)
             gain, pole = map(float, with_it)
-            found.append(OpenHypothesis(name, largest, gain, pole, anything, has_several_heights(packed)))
+            found.append(OpenHypothesis(name, largest, gain, pole, anything, several))
     lowest, highest = np.min(corners, axis=0), np.max(corners, axis=0)
     ends = [(float(low), float(high)) for low, high in zip(lowest, highest, strict=True)]
     return tuple(found), Allowed(*ends)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from jaxmotor.recording._jumps import spikes
+from jaxmotor.recording._jumps import follows_at_once, spikes
 from jaxmotor.recording._recording import Recording, Segment, mean_speeds
 
 SLOWEST_RAD_S = 1e-9
@@ -12,8 +12,6 @@ FEW_BACK = 0.15
 STILL, STRUCK = 0.05, 0.5
 """Of the largest speed, what is next to none, and what no shaft reaches before it is driven: read half a row late at
 most, few motors are that fast."""
-LOST = 1.5
-"""Times the usual length of a row, from which rows were lost."""
 FAST, BOTH_WAYS = 0.2, 0.1
 """Of the largest speed, from which a shaft is driven and does not swing; and the share of rows with an input, all of
 one sign, in which it turns so fast either way where that sign has been lost."""
@@ -55,11 +53,8 @@ def _first_driven(segment: Segment) -> int:
 
 def _is_early(recording: Recording, segment: Segment) -> bool:
     first = _first_driven(segment)
-    if first < 2:
-        return False
     # Over lost rows it may have been driven.
-    lasts = np.diff(segment.time_s)
-    if lasts[first - 1] > LOST * np.median(lasts):
+    if first < 2 or not follows_at_once(segment)[first - 1]:
         return False
     speed = mean_speeds(recording, segment)
     share = speed / max(np.abs(speed).max(), SLOWEST_RAD_S)

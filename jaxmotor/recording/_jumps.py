@@ -36,6 +36,8 @@ USUAL = 0.97
 changes of a speed."""
 FEW = 3
 """Rows that a wrong speed lasts at most."""
+LOST = 1.5
+"""Times the usual length of a row, from which rows were lost."""
 WIDTHS = (16, 24, 32)
 """Widths of counters that may wrap [bit]."""
 
@@ -108,6 +110,12 @@ def _off_line(time_s: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.nda
     return angle[1:-1] - angle[:-2] - part * (angle[2:] - angle[:-2]), part
 
 
+def follows_at_once(segment: Segment) -> np.ndarray:
+    """(n - 1,) no row was lost between a row and the next: what was applied meanwhile is known."""
+    lasts = np.diff(segment.time_s)
+    return lasts < LOST * (np.median(lasts) if len(lasts) else 1.0)
+
+
 def _speed_spikes(recording: Recording) -> list[Spike]:
     there_and_back = _there_and_back(recording)
     told = {(one.segment, one.row + k) for one in there_and_back for k in range(one.rows)}
@@ -118,7 +126,7 @@ def _there_and_back(recording: Recording) -> list[Spike]:
     """Up to `FEW` rows whose speed is left again while the voltage stays."""
     segments = recording.segments
     changes = [np.diff(segment.shaft.astype(np.float64)) for segment in segments]
-    same = [segment.volts[1:] == segment.volts[:-1] for segment in segments]
+    same = [(segment.volts[1:] == segment.volts[:-1]) & follows_at_once(segment) for segment in segments]
     usual = np.abs(np.concatenate([change[stays] for change, stays in zip(changes, same, strict=True)]))
     usual = usual[np.isfinite(usual)]
     least = FACTOR * float(np.quantile(usual, USUAL)) if len(usual) else np.inf

@@ -152,6 +152,15 @@ def test_speeds_that_go_back_while_the_voltage_stays_are_told(row, rows):
     assert f"at tick {row} is {speed[row]:.4g} rad/s, for {lasts}: " in told
 
 
+def test_speeds_between_lost_rows_are_no_spikes():
+    """Where the same voltage stands before and after, another one may have been applied meanwhile."""
+    volts, speed = np.full(1000, 5.0), np.full(1000, 40.0)
+    speed[450:452] = 70.0
+    assert spikes(sped(volts, speed)) == [(0, 450, 2)]
+    kept = np.delete(np.arange(1000), [*range(440, 450), *range(452, 460)])
+    assert spikes(from_arrays(time_s=0.01 * kept, volts=volts[kept], speed_rad_s=speed[kept])) == []
+
+
 def test_speeds_that_stay_are_no_spikes():
     """A load that is taken off, a step in few rows, a reading that swings for long."""
     volts = np.full(1000, 5.0)
