@@ -195,6 +195,7 @@ def _summary(recording, output: Path) -> str:
         warn_fixed_time,
         warn_pulses,
         warn_spikes,
+        warn_unread,
     )
 
     segments = recording.segments
@@ -204,11 +205,12 @@ def _summary(recording, output: Path) -> str:
     above, missing = imported.get("lines_above", 0), imported.get("missing_rows", 0)
     without = f"; {above} line{'s' if above > 1 else ''} above the column names left out" if above else ""
     without += "; the last line is cut, and left out" if "cut_lines" in imported else ""
-    without += f"; {missing} rows without input or shaft are gaps" if missing else ""
+    are = "are gaps" if missing > 1 else "is a gap"
+    without += f"; {missing} row{'s' if missing > 1 else ''} without input or shaft {are}" if missing else ""
     every_s = recording.header.get("readings_every_s")
     if every_s is not None:
-        without += f"; the log repeated each reading for about {1e3 * every_s:.3g} ms, only new ones are kept"
-    for warn in (warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches, warn_beyond_supply):
+        without += f"; a new reading came about every {1e3 * every_s:.3g} ms, only these rows are kept"
+    for warn in (warn_unread, warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches, warn_beyond_supply):
         without += "".join(f"; {sentence}" for sentence in warn(recording))
     if recording.period_s is None:
         return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept{without}"

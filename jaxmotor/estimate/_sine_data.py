@@ -40,7 +40,7 @@ def sine_data(recording: Recording, segments: tuple[int, ...], few_shapes: bool 
         keep = tick < shape[1]
         cells = (row, tick[keep])
         volts[cells], measured[cells] = run.volts[keep], _measured(recording, run, unit)[keep]
-        valid[cells] = True
+        valid[cells] = run.read[keep]
     if kind == "mean_speed":
         valid[:, 0] = False
     frequency = np.ones(shape[0])

@@ -58,9 +58,9 @@ def estimated(recording: Recording, segments: tuple[int, ...], rows: LogRows) ->
     """Of the `segments` of a log of angles or speeds, all of whose speeds are `rows`."""
     is_angle = recording.measured == "angle"
     chosen = [recording.segments[index] for index in segments]
-    columns = [segment.angle_rad if is_angle else segment.speed_rad_s for segment in chosen]
+    columns = [segment.shaft[segment.read] for segment in chosen]
     per_row = float(np.median(rows.duration[rows.valid])) if is_angle else 1.0
-    step = common_step([column for column in columns if column is not None])
+    step = common_step(columns)
     flexible = flexible_model(rows)
     innovation, ratio = _colour(rows, flexible.residual)
     least = max(1e-9 * float(np.ptp(rows.speed[rows.valid], axis=0)), 1e-300)

@@ -209,13 +209,14 @@ def _fill(batch: Batch, cells: tuple[int, slice], recording: Recording, piece: P
     if observation.kind == "turn":
         all_but_last = (cells[0], slice(cells[1].start, cells[1].stop - 1))
         batch.observed[all_but_last] = _turned(recording, segment, time, rows, observation.unit)
-        batch.valid[all_but_last] = True
+        batch.valid[all_but_last] = _turns_read(segment)[rows][:-1]
         return
     assert segment.speed_rad_s is not None
     batch.observed[cells] = at_duty(recording, segment.speed_rad_s[rows], time) / observation.unit
-    window, read = np.full(len(time), observation.window_s), np.ones(len(time), bool)
+    window, read = np.full(len(time), observation.window_s), segment.read[rows]
     if recording.speed_pulses_per_rev is not None:
-        window, read = (one[rows] for one in pulse_windows(segment, recording.speed_pulses_per_rev))
+        window, fresh = (one[rows] for one in pulse_windows(segment, recording.speed_pulses_per_rev))
+        read = read & fresh
         batch.span[cells] = window / observation.window_s
     elif recording.speed_window_rows is not None and batch.span.ndim:
         window = rows_span(time, recording.speed_window_rows, observation.window_s)
@@ -226,6 +227,12 @@ def _fill(batch: Batch, cells: tuple[int, slice], recording: Recording, piece: P
     batch.part[cells] = np.maximum(begin - time[row], 0.0)
     # Before a piece that begins at rest the shaft stood still.
     batch.valid[cells] = read & (not piece.free or time - time[0] >= window * (1 - 1e-9))
+
+
+def _turns_read(segment: Segment) -> np.ndarray:
+    """(n,) whether the turn from each row to the next was read: of mean speeds in that one, of angles in both."""
+    after = np.append(segment.read[1:], False)
+    return after if segment.speed_rad_s is not None else after & segment.read
 
 
 def _has_equal_windows(recording: Recording) -> bool:
@@ -351,6 +358,11 @@ def _in_noise(recording: Recording, packed: Packed, segments: tuple[int, ...], n
     """`packed` in units in which the noise has the variance `Observation.floor`."""
     observation = packed.observation
     rows = _log_rows(packed)
+    if noise is None and rows.turn and not rows.valid.any():
+        raise JaxmotorError(
+            f"{recording.name}: no two rows next to each other have a reading, so no turn is known; import the log "
+            "again (jaxmotor import), which then keeps the rows with a reading"
+        )
     if noise is None and not rows.valid.any():
         raise JaxmotorError(
             f"{recording.name}: no reading is left whose window of {observation.window_s:g} s lies within its segment; "

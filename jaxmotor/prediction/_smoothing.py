@@ -100,7 +100,9 @@ def unsmoothed(recording: Recording, weight: float) -> Recording:
         assert segment.speed_rad_s is not None
         speed = segment.speed_rad_s
         before = np.concatenate([[0.0 if segment.at_rest else speed[0]], speed[:-1]])
-        segments.append(dataclasses.replace(segment, speed_rad_s=(speed - (1 - weight) * before) / weight))
+        read = segment.read & np.append(True, segment.read[:-1])
+        speed = (speed - (1 - weight) * before) / weight
+        segments.append(dataclasses.replace(segment, speed_rad_s=speed, unread=None if read.all() else ~read))
         lengths.append(np.diff(segment.time_s))
     stated = {"speed_window_s": recording.period_s or float(np.median(np.concatenate(lengths)))}
     rows = {"speed_window_rows": 1} if recording.period_s is None else {}
@@ -129,6 +131,7 @@ def _rows_of(segment: Segment) -> tuple[np.ndarray, ...]:
     follows = np.ones(len(length), bool) if segment.tick is None else np.diff(segment.tick) == 1
     volts = segment.volts
     earlier = np.concatenate([volts[:1], volts[:-2]])[: len(length)]
+    follows = follows & segment.read[1:] & segment.read[:-1]
     columns = (segment.speed_rad_s[1:], segment.speed_rad_s[:-1], length, volts[1:], volts[:-1], earlier)
     return tuple(column[follows] for column in columns)
 

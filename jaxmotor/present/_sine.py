@@ -111,8 +111,8 @@ def sine_fit(recording: Recording, segment: int, *, pole_rad_s: float | None = N
 def sine_curve(recording: Recording, segment: int, pole_rad_s: float | None = None) -> SineCurve:
     """Least squares of sin ωt, cos ωt, 1, t and exp(-a t) on the position, or without t on the speed."""
     run, frequency = _sine_segment(recording, segment)
-    time = run.time_s
-    values = angle_of(recording, run) if run.speed_rad_s is None else run.speed_rad_s
+    time = run.time_s[run.read]
+    values = (angle_of(recording, run) if run.speed_rad_s is None else run.speed_rad_s)[run.read]
     angle = 2 * np.pi * frequency * time
     columns = [np.sin(angle), np.cos(angle), np.ones_like(time)]
     if pole_rad_s is not None:

@@ -12,6 +12,7 @@ from jaxmotor.recording._check import warn_fixed_time as warn_fixed_time
 from jaxmotor.recording._check import warn_gaps as warn_gaps
 from jaxmotor.recording._check import warn_pulses as warn_pulses
 from jaxmotor.recording._check import warn_spikes as warn_spikes
+from jaxmotor.recording._check import warn_unread as warn_unread
 from jaxmotor.recording._chosen import Which as Which
 from jaxmotor.recording._chosen import chosen_segments as chosen_segments
 from jaxmotor.recording._chosen import names_segments as names_segments

@@ -51,6 +51,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_saturation(recording),
         *warn_repetition(recording),
         *warn_lost_ticks(recording),
+        *warn_unread(recording),
         *warn_gaps(recording),
         *warn_bunches(recording),
         *warn_overlap(recording),
@@ -160,6 +161,18 @@ def warn_lost_ticks(recording: Recording) -> list[str]:
     return [f"{_segments(list(lost))}: lost {sum(lost.values())} of {total} ticks; the gaps are left as gaps"]
 
 
+def warn_unread(recording: Recording) -> list[str]:
+    """Rows without a reading."""
+    read = np.concatenate([segment.read for segment in recording.segments])
+    missing = int((~read).sum())
+    if not missing:
+        return []
+    return [
+        f"{missing} of {len(read)} rows have no {recording.measured}: their input counts, and nothing is compared with "
+        "what the motor did there"
+    ]
+
+
 def warn_gaps(recording: Recording) -> list[str]:
     """A few times between uneven rows that are far longer than the others."""
     gaps: list[float] = []
@@ -217,13 +230,13 @@ def warn_unknowns(recording: Recording) -> list[str]:
 
 
 def warn_repeats(recording: Recording) -> list[str]:
-    """Readings of which the log repeated each until the next one."""
+    """Readings in fewer rows than the input."""
     every = recording.header.get("readings_every_s")
     if not isinstance(every, int | float) or not is_number(every):
         return []
     return [
-        f"the log repeated each reading for about {1e3 * every:.3g} ms, so only rows with a new one are kept, each "
-        "with the mean voltage until the next; let the sensor give them as often as they are logged"
+        f"a new reading came about every {1e3 * every:.3g} ms, in fewer rows than the input: only these are kept, each "
+        "with the mean voltage until the next; let the sensor give readings as often as they are logged"
     ]
 
 

@@ -16,7 +16,8 @@ INTEGERS = {"segment": 10**6, "tick": MAX_TICK, "duty": 10**12, "count": 2**62}
 """Integer columns and the greatest magnitude that can be meant; differences of counts stay in 64 bits."""
 FLOATS = {"time_s": 1e9, "volts": 1e6, "angle_rad": 1e12, "speed_rad_s": 1e9, "supply_mV": 1e9, "current_A": 1e6}
 """Real columns and the greatest magnitude that can be meant."""
-SPARSE = ("supply_mV",)
+SHAFT = ("angle_rad", "speed_rad_s")
+SPARSE = ("supply_mV", *SHAFT)
 """Real columns in which `nan` says that nothing was read at that row."""
 CHOICES = (("tick", "time_s"), ("duty", "volts"), ("count", "angle_rad", "speed_rad_s"))
 

@@ -25,6 +25,7 @@ from jaxmotor.recording._supply import supplied
 from jaxmotor.recording._table import Table, read_table
 from jaxmotor.recording._text import about_log
 from jaxmotor.recording._units import VOLTS, Input, Scale, positive, split_factor, split_input, split_time, split_unit
+from jaxmotor.recording._unread import are_far_apart, between
 
 Drive = Literal["brake", "coast"]
 Acts = Literal["after", "before"]
@@ -78,10 +79,12 @@ def import_log(
     it does after more than `gap_s` [s] between two rows: what was applied meanwhile is not known. A segment is taken to
     start at rest only where the log shows it: at least its first two rows have zero input, and throughout these rows
     the shaft does not move. `input_acts` says whether a row's input is applied from that row on, or was until it: then
-    it is moved to the row before, and of the last row the input is not known and taken to stay. A row whose input or
-    shaft is missing (empty or `nan`) is a gap: a skipped tick where time stamps are even, else the next row begins a
-    new segment. Rows that only repeat a reading while the shaft moves on are left out (`_repeats`); the header then
-    says how often a new one comes.
+    it is moved to the row before, and of the last row the input is not known and taken to stay. A row whose input is
+    missing (empty or `nan`) is a gap: a skipped tick where time stamps are even, else the next row begins a new
+    segment. So is one whose count is missing; without an angle or a speed a row is kept for its input
+    (`Segment.unread`). Where few rows have a count or an angle, these have the mean input until the next. Rows that
+    only repeat a reading while the shaft moves on are left out (`_repeats`); the header then says how often a new one
+    comes.
 
     `speed_window_s` says over how long each speed is a mean; `speed_pulses_per_rev` that each is from the time between
     the last two pulses of a sensor, so many per turn of the output shaft; `speed_period_s` that each is what was
@@ -271,35 +274,40 @@ def _read_log(
     measured: np.ndarray | None,
     acted_before: bool,
 ) -> tuple[Log, np.ndarray]:
-    """The log without the rows whose input or shaft is missing, and where its segments begin and end."""
+    """The log without the rows whose input is missing, and without those at the ends of what is left whose shaft is;
+    and where its segments begin and end."""
     no_input, no_shaft = table.missing(stated.column), table.missing(shaft.column(list(table.cells)))
     row = _rows_before(bounds) if acted_before else np.arange(len(table))
-    whole = ~(no_input[row] | no_shaft)
+    known, read = ~no_input[row], ~no_shaft
+    whole = known & read
     if not whole.any():
         raise RecordingError("no row has both an input and a shaft; log both at the same moments")
     if not whole.all() and len(set(np.searchsorted(bounds, np.flatnonzero(whole), side="right"))) < len(bounds) - 1:
         raise RecordingError("a segment has no row with both an input and a shaft; leave it out of the log")
-    volts, duty, full = _spread(
-        input_of(table.only(~no_input), stated, supply_V, measured is not None), ~no_input, row, whole
-    )
-    kept = table.only(~no_shaft)
-    values = shaft.read(kept, list(table.cells), scale)
+    given = input_of(table.only(~no_input), stated, supply_V, measured is not None)
+    [(name, values)] = shaft.read(table.only(read), list(table.cells), scale).items()
+    kept = between(known, read, np.isin(np.arange(len(table)), bounds))
+    # A turn over several rows is not counted from row to row.
+    kept = whole if name == "count" and not are_far_apart(read[kept]) else kept
+    column = np.zeros(len(table), values.dtype)
+    column[read] = values
     log = Log(
-        (stamps[0][whole], stamps[1]),
-        (volts, duty, full),
-        {name: column[whole[~no_shaft]] for name, column in values.items()},
-        None if measured is None else measured[whole],
-        None if whole.all() else np.concatenate([[False], np.diff(np.flatnonzero(whole)) > 1]),
+        (stamps[0][kept], stamps[1]),
+        _spread(given, ~no_input, row, kept),
+        {name: column[kept]},
+        None if measured is None else measured[kept],
+        None if kept.all() else np.concatenate([[False], np.diff(np.flatnonzero(kept)) > 1]),
+        None if read[kept].all() else no_shaft[kept],
     )
-    return log, np.concatenate([[0], np.cumsum(whole)])[bounds]
+    return log, np.concatenate([[0], np.cumsum(kept)])[bounds]
 
 
 def _spread(
-    given: tuple[np.ndarray, np.ndarray | None, float | None], known: np.ndarray, row: np.ndarray, whole: np.ndarray
+    given: tuple[np.ndarray, np.ndarray | None, float | None], known: np.ndarray, row: np.ndarray, kept: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray | None, float | None]:
-    """The inputs `given`, of the rows at which `known` is true, for the rows `whole`, each that of `row`."""
+    """The inputs `given`, of the rows at which `known` is true, for the rows `kept`, each that of `row`."""
     volts, duty, full = given
-    place = (np.cumsum(known) - 1)[row][whole]
+    place = (np.cumsum(known) - 1)[row][kept]
     return volts[place], None if duty is None else duty[place], full
 
 

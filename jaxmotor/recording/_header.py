@@ -12,8 +12,9 @@ from jaxmotor.recording._parse_toml import parse_toml
 from jaxmotor.recording._recording import KINDS, RecordingError
 from jaxmotor.recording._text import fault
 
-FORMAT = 2
-"""The newest; 2 adds `nan` in `supply_mV`, where the supply was not read, and is written only where that is so."""
+FORMAT, SPARSE_SUPPLY = 3, 2
+"""The newest, which adds `nan` in `angle_rad` and `speed_rad_s`, where the shaft was not read; and the one that adds it
+in `supply_mV`. A file is written in the first format that can hold it."""
 MAX_SEGMENTS = 10_000
 """Segments of a file at most."""
 MAX_HEADER = 4_000_000

@@ -111,9 +111,9 @@ def _off_line(time_s: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.nda
 
 
 def follows_at_once(segment: Segment) -> np.ndarray:
-    """(n - 1,) no row was lost between a row and the next: what was applied meanwhile is known."""
-    lasts = np.diff(segment.time_s)
-    return lasts < LOST * (np.median(lasts) if len(lasts) else 1.0)
+    """(n - 1,) no row was lost between a row and the next, and both were read."""
+    lasts, read = np.diff(segment.time_s), segment.read
+    return (lasts < LOST * (np.median(lasts) if len(lasts) else 1.0)) & read[1:] & read[:-1]
 
 
 def _speed_spikes(recording: Recording) -> list[Spike]:

@@ -8,8 +8,9 @@ import numpy as np
 
 from jaxmotor.recording._log_columns import Log
 from jaxmotor.recording._recording import Recording, Segment
-from jaxmotor.recording._repeats import without_repeats
+from jaxmotor.recording._repeats import Repeats, without_repeats, without_unread
 from jaxmotor.recording._timing import Timing, timing
+from jaxmotor.recording._unread import are_far_apart, filled
 
 STILL = 3
 """Rows of a shaft that is driven and does not move, from which it is taken to begin at rest."""
@@ -34,7 +35,7 @@ def assemble(
     are those of `Recording`."""
     repeats = None
     if not keep_repeats:
-        log, bounds, repeats = without_repeats(log, bounds)
+        log, bounds, repeats = _without_repeats(log, bounds)
     if repeats is not None:
         header = {**header, "readings_every_s": float(f"{repeats.time_s:.6g}")}
     time_s, resolution_s = log.stamps
@@ -56,7 +57,10 @@ def assemble(
     volts, duty, _ = log.input
     [(measured, shaft)] = log.shaft.items()
     is_speed = measured == "speed_rad_s"
-    finest = _finest(shaft, is_speed)
+    finest = _finest(shaft[log.read], is_speed)
+    unread = log.unread
+    if unread is not None:
+        shaft = np.concatenate([filled(shaft[cut], time_s[cut], unread[cut]) for cut in cuts])
     segments = []
     for index, cut in enumerate(cuts):
         tick = None if times.ticks is None else times.ticks[index]
@@ -72,6 +76,7 @@ def assemble(
                 tick=tick,
                 duty=None if duty is None else duty[cut],
                 supply_V=None if log.supply_V is None else log.supply_V[cut],
+                unread=None if unread is None else unread[cut],
                 **logged,
             )
         )
@@ -83,6 +88,18 @@ def assemble(
         header=header,
         **fields,
     )
+
+
+def _without_repeats(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repeats | None]:
+    """As `without_repeats`; where readings are repeated, rows without one are gaps, and where turns would be read over
+    several rows these are one."""
+    read = log.read
+    if read.all():
+        return without_repeats(log, bounds)
+    if "speed_rad_s" not in log.shaft and are_far_apart(read):
+        return without_unread(log, bounds)
+    shorter, ends, repeats = without_repeats(log.only(read), np.concatenate([[0], np.cumsum(read)])[bounds])
+    return (log, bounds, None) if repeats is None else (shorter, ends, repeats)
 
 
 def _starts(times_s: list[np.ndarray]) -> list[float]:

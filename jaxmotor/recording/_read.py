@@ -1,5 +1,6 @@
-"""Reads formats 1 and 2: all of the file, or one sentence that says what is wrong in which line."""
+"""Reads formats 1 to 3: all of the file, or one sentence that says what is wrong in which line."""
 
+import itertools
 import os
 from typing import Any
 
@@ -7,11 +8,12 @@ import numpy as np
 
 from jaxmotor._arguments import path_of, taken
 from jaxmotor._sentences import shown
-from jaxmotor.recording._columns import FLOATS, INTEGERS, parse_names, parse_rows
+from jaxmotor.recording._columns import FLOATS, INTEGERS, SHAFT, parse_names, parse_rows
 from jaxmotor.recording._header import NUMBERS, OWN_KEYS, OWN_SEGMENT_KEYS, Header, is_recording, parse_header
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._supply import supplied
 from jaxmotor.recording._text import fault, limit_rows, load, text_of
+from jaxmotor.recording._unread import filled
 
 _FIELDS = ("tick", "time_s", "duty", "volts", "count", "angle_rad", "speed_rad_s", "current_A")
 _NEEDS = {
@@ -110,7 +112,8 @@ def assemble(header: Header, columns: dict[str, np.ndarray], first: int) -> Reco
     own |= {key: float(own[key]) for key in NUMBERS if key in own}
     rest = {key: value for key, value in header.values.items() if key not in OWN_KEYS and key != "segment"}
     fields = {name: columns[name] for name in _FIELDS if name in columns} | _si(own, columns)
-    extra = {name: columns[name] for name in columns if name not in INTEGERS and name not in FLOATS}
+    fields |= _as_filled(header, columns, bounds, first)
+    extra = {name: columns[name] for name in columns if name not in INTEGERS | FLOATS}
     segments = tuple(
         _segment(table, fields, extra, slice(bounds[index], bounds[index + 1]))
         for index, table in enumerate(header.segments)
@@ -159,6 +162,20 @@ def _check_duty(header: Header, columns: dict[str, np.ndarray], first: int) -> N
             row = int(np.argmax(beyond))
             sentence = f"duty is {columns['duty'][row]}, beyond the full scale of {full}; correct it or duty_full_scale"
             raise fault(header.source, first + row, sentence)
+
+
+def _as_filled(header: Header, columns: dict[str, np.ndarray], bounds: np.ndarray, first: int) -> dict[str, np.ndarray]:
+    """The shaft's column without NaN, and in `unread` where it had them; empty where nothing is missing."""
+    name = next((name for name in SHAFT if name in columns and np.isnan(columns[name]).any()), None)
+    if name is None:
+        return {}
+    column, unread = columns[name].copy(), np.isnan(columns[name])
+    time = columns["tick" if "tick" in columns else "time_s"]
+    for index, (begin, end) in enumerate(itertools.pairwise(bounds.tolist())):
+        if unread[begin:end].all():
+            raise fault(header.source, first + begin, f"segment {index} has no {name} at all; leave the segment out")
+        column[begin:end] = filled(column[begin:end], time[begin:end], unread[begin:end])
+    return {name: column, "unread": unread}
 
 
 def _si(own: dict[str, Any], columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

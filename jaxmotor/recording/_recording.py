@@ -54,6 +54,9 @@ class Segment:
     """(n,) float64, measured current [A]."""
     extra: Mapping[str, np.ndarray] = dataclasses.field(default_factory=dict)
     """Columns that the format does not know, as text; written back as they came."""
+    unread: np.ndarray | None = None
+    """(n,) bool, the rows without a reading: the shaft's column has there what lies between those beside them, and
+    nothing is compared with it. None: all were read."""
     begins_rad: float | None = None
     """Angle of the shaft at the first row [rad], where a diagnosis has found it; no file holds it."""
 
@@ -69,6 +72,11 @@ class Segment:
         """Frequency of a sine, as its header states it [Hz]; None where it does not, and of other kinds."""
         stated = self.parameters.get("frequency_Hz") if self.kind == "sine" else None
         return float(stated) if isinstance(stated, int | float) and not isinstance(stated, bool) else None
+
+    @property
+    def read(self) -> np.ndarray:
+        """(n,) bool, the rows at which the shaft was read."""
+        return np.ones(len(self), bool) if self.unread is None else ~self.unread
 
     @property
     def shaft(self) -> np.ndarray:
@@ -134,11 +142,13 @@ class Recording(Shown):
 
         **Raises:** `JaxmotorError` where pandas is not installed.
         """
-        names = [field.name for field in dataclasses.fields(Segment)]
+        names = [field.name for field in dataclasses.fields(Segment) if field.name != "unread"]
         logged = [name for name in names if isinstance(getattr(self.segments[0], name), np.ndarray)]
         sizes = [len(segment) for segment in self.segments]
         about = {"segment": np.arange(len(sizes)), "kind": np.array([segment.kind for segment in self.segments])}
         rows = {name: np.concatenate([getattr(segment, name) for segment in self.segments]) for name in logged}
+        read = np.concatenate([segment.read for segment in self.segments])
+        rows |= {name: np.where(read, rows[name], np.nan) for name in ("angle_rad", "speed_rad_s") if name in rows}
         return data_frame({name: np.repeat(values, sizes) for name, values in about.items()} | rows)
 
     def _title(self) -> str:

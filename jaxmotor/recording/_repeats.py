@@ -3,10 +3,9 @@
 A motor controller that sends its speed every 20 ms to a program that logs every 5 ms, or a board that counts for 50 ms
 and prints every 10: most rows say again what is known. A shaft that moves by more than the readings' step from one new
 reading to the next does not stand still between them, so such rows are no measurement. They are left out, and the row
-of a reading has the mean voltage until the next one.
+of a reading has the mean voltage until the next one. So it is with counts and angles whose cells are mostly empty.
 """
 
-import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -42,21 +41,32 @@ def without_repeats(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repe
     repeats = _repeats(log.stamps[0], shaft, np.flatnonzero(begins), bounds)
     if repeats is None:
         return log, bounds, None
-    kept = _kept(np.flatnonzero(begins), len(shaft), repeats.rows)
+    shorter = _with_means(log, _kept(np.flatnonzero(begins), len(shaft), repeats.rows), bounds)
+    return (log, bounds, None) if shorter is None else (*shorter, repeats)
+
+
+def without_unread(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repeats | None]:
+    """As `without_repeats`, with the rows at which the shaft was read; they are gaps where that cannot be."""
+    kept = np.flatnonzero(log.read)
+    shorter = _with_means(log, kept, bounds)
+    if shorter is None:
+        return log.only(log.read), np.searchsorted(kept, bounds), None
+    within = ~np.isin(kept[1:], bounds)
+    usual_s = float(np.median(np.diff(log.stamps[0][kept])[within]))
+    return *shorter, Repeats(int(np.median(np.diff(kept)[within])), usual_s)
+
+
+def _with_means(log: Log, kept: np.ndarray, bounds: np.ndarray) -> tuple[Log, np.ndarray] | None:
+    """The rows `kept` of `log`, each with the mean voltage until the next, and the `bounds` of its segments there; None
+    where a supply was measured while duties changed."""
     volts, duty, full = log.input
     if duty is not None and (np.minimum.reduceat(duty, kept) != np.maximum.reduceat(duty, kept)).any():
         if log.supply_V is not None:
-            return log, bounds, None
+            return None
         duty = full = None
-    shorter = dataclasses.replace(
-        log,
-        stamps=(log.stamps[0][kept], log.stamps[1]),
-        input=(_means(volts, log.stamps[0], kept, bounds), None if duty is None else duty[kept], full),
-        shaft={name: column[kept] for name, column in log.shaft.items()},
-        supply_V=None if log.supply_V is None else log.supply_V[kept],
-        after_gap=None if log.after_gap is None else log.after_gap[kept],
-    )
-    return shorter, np.searchsorted(kept, bounds), repeats
+    inputs = _means(volts, log.stamps[0], kept, bounds), None if duty is None else duty[kept], full
+    after_gap = None if log.after_gap is None else log.after_gap[kept]
+    return log.at(kept, inputs, after_gap), np.searchsorted(kept, bounds)
 
 
 def _repeats(time_s: np.ndarray, shaft: np.ndarray, begins: np.ndarray, bounds: np.ndarray) -> Repeats | None:

@@ -1,4 +1,4 @@
-"""Writes recordings, so that reading them gives the same bit for bit: format 1, or 2 where only that will do."""
+"""Writes recordings, so that reading them gives the same bit for bit, in the first format that can hold them."""
 
 import os
 import re
@@ -9,7 +9,7 @@ import numpy as np
 from jaxmotor._arguments import path_of, taken
 from jaxmotor._files import write_text
 from jaxmotor.recording._columns import FLOATS, INTEGERS
-from jaxmotor.recording._header import FORMAT, OWN_KEYS, OWN_SEGMENT_KEYS
+from jaxmotor.recording._header import FORMAT, OWN_KEYS, OWN_SEGMENT_KEYS, SPARSE_SUPPLY
 from jaxmotor.recording._read import parse
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._toml import header_lines
@@ -46,10 +46,8 @@ def to_text(recording: Recording) -> str:
                 f"{recording.source}: segment {index} has the columns {', '.join(table)} where segment 0 has "
                 f"{', '.join(names)}; log the same ones throughout"
             )
-    supplies = [segment.supply_V for segment in recording.segments if segment.supply_V is not None]
-    version = FORMAT if any(np.isnan(supply).any() for supply in supplies) else 1
     header = (f"# {line}" for line in header_lines(values_of(recording)))
-    lines = [f"# jaxmotor recording {version}", *header, _names(recording, names)]
+    lines = [f"# jaxmotor recording {_version(recording)}", *header, _names(recording, names)]
     for table in tables:
         lines += map(",".join, zip(*table.values(), strict=True))
     return "\n".join(lines) + "\n"
@@ -77,12 +75,25 @@ def columns_of(segment: Segment) -> dict[str, np.ndarray]:
         "duty": segment.duty,
         "volts": segment.volts if segment.duty is None else None,
         "count": segment.count,
-        "angle_rad": segment.angle_rad,
-        "speed_rad_s": segment.speed_rad_s,
+        "angle_rad": _as_read(segment, segment.angle_rad),
+        "speed_rad_s": _as_read(segment, segment.speed_rad_s),
         "supply_mV": None if segment.supply_V is None else _milli(segment.supply_V),
         "current_A": segment.current_A,
     }
     return {name: column for name, column in columns.items() if column is not None}
+
+
+def _as_read(segment: Segment, column: np.ndarray | None) -> np.ndarray | None:
+    """`column`, NaN where nothing was read."""
+    return column if column is None or segment.unread is None else np.where(segment.unread, np.nan, column)
+
+
+def _version(recording: Recording) -> int:
+    """The first format that can hold `recording`."""
+    if any(segment.unread is not None and segment.unread.any() for segment in recording.segments):
+        return FORMAT
+    supplies = [segment.supply_V for segment in recording.segments if segment.supply_V is not None]
+    return SPARSE_SUPPLY if any(np.isnan(supply).any() for supply in supplies) else 1
 
 
 def _segment_values(recording: Recording, index: int, segment: Segment) -> dict[str, Any]:

@@ -111,9 +111,10 @@ def on_ticks(recording: Recording, segment: Segment, before: float) -> Logged:
     grid = np.arange(ticks[-1] + 1)
     volts = np.full(len(grid), np.nan)
     volts[ticks] = segment.volts
-    seen = np.isin(grid - 1, ticks) & np.isin(grid, ticks)
+    read = ticks[segment.read]
+    seen = np.isin(grid - 1, read) & np.isin(grid, read)
     if segment.speed_rad_s is not None:
-        seen = np.isin(grid, ticks)
+        seen = np.isin(grid, read)
         return Logged(np.interp(grid, ticks, segment.speed_rad_s), volts, seen)
     speed = np.diff(np.interp(grid, ticks, angle_of(recording, segment))) / recording.period_s
     seen[0] = segment.at_rest

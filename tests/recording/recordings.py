@@ -57,7 +57,7 @@ def same(a: Recording, b: Recording) -> bool:
 
 def same_segment(a: Segment, b: Segment) -> bool:
     plain = ("kind", "start_s", "at_rest", "parameters")
-    arrays = ("time_s", "volts", "tick", "duty", "count", "angle_rad", "speed_rad_s", "supply_V", "current_A")
+    arrays = ("time_s", "volts", "tick", "duty", "count", "angle_rad", "speed_rad_s", "supply_V", "current_A", "unread")
     return (
         all(getattr(a, name) == getattr(b, name) for name in plain)
         and all(same_array(getattr(a, name), getattr(b, name)) for name in arrays)

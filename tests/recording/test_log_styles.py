@@ -272,7 +272,7 @@ def test_missing_cells_are_skipped_ticks(imported, cell, column):
 
 def test_between_uneven_rows_a_gap_begins_a_segment(imported):
     times = [0, 0.011, 0.02, 0.034, 0.04, 0.051, 0.06, 0.0713]
-    cells = [f"{t},{k},{'nan' if k in (2, 3, 6) else 10 * k}\n" for k, t in enumerate(times)]
+    cells = [f"{t},{'nan' if k in (2, 3, 6) else k},{10 * k}\n" for k, t in enumerate(times)]
     recording = imported("t,u,y\n" + "".join(cells), time="t", input="u:V", speed="y:rad/s")
     assert recording.period_s is None
     assert [part.volts.tolist() for part in recording.segments] == [[0, 1], [4, 5], [7]]
@@ -384,7 +384,7 @@ def test_command(tmp_path):
     result = run(log, "-o", out, *flags, "--supply", 7.4)
     assert result.exit_code == 0, result.output
     assert (
-        "7 rows in 1 segment, count, one per 0.01 s, 1 ticks lost; 1 rows without input or shaft are gaps"
+        "7 rows in 1 segment, count, one per 0.01 s, 1 ticks lost; 1 row without input or shaft is a gap"
         in result.output
     )
     assert lost_ticks(read(out).segments[0]) == 1

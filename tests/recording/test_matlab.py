@@ -87,12 +87,13 @@ def test_columns_that_are_named_may_be_shorter_than_most(tmp_path):
         import_log(path, time="a.t", input="a.u:V", speed="b.w:rad/s")
 
 
-def test_missing_readings_are_gaps_and_rows_are_left_out(tmp_path):
+def test_rows_without_a_reading_keep_their_input_and_first_ones_are_left_out(tmp_path):
     holes = SPEED.copy()
     holes[50:60] = np.nan
     path = saved(tmp_path, {"t": TIME, "u": VOLTS, "w": holes})
     [run] = import_log(path, **STATED, drop_first=5).segments
-    assert len(run) == ROWS - 15 and run.tick is not None and run.tick[-1] == ROWS - 6
+    assert len(run) == ROWS - 5 and run.tick is not None and run.tick[-1] == ROWS - 6
+    assert np.flatnonzero(~run.read).tolist() == list(range(45, 55))
     early = TIME.copy()
     early[30] = early[28]
     with pytest.raises(JaxmotorError, match=r"log.mat, row 31: "):

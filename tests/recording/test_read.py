@@ -89,7 +89,7 @@ def test_what_editors_do_is_read(harmless):
 
 
 HEADER_DAMAGE = {
-    "newer": ("recording 1\n", "recording 3\n", 1, "newer"),
+    "newer": ("recording 1\n", "recording 4\n", 1, "newer"),
     "no version": ("recording 1\n", "recording one\n", 1, "names no format"),
     "version 0": ("recording 1\n", "recording 0\n", 1, "no format 0"),
     "not TOML": ("drive = ", "drive ", 7, "not TOML"),

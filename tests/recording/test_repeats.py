@@ -46,7 +46,7 @@ def test_only_new_readings_are_kept(name, jitter, tmp_path):
     )
     assert (log.period_s is None) == bool(jitter)
     write(log, tmp_path / "log.csv")
-    [note] = [note for note in check(read(tmp_path / "log.csv")) if "repeated each reading" in note]
+    [note] = [note for note in check(read(tmp_path / "log.csv")) if "a new reading came" in note]
     assert "20 ms" in note
     found = identify(log).motor
     assert (float(found.gain), float(found.pole)) == pytest.approx((GAIN, POLE), rel=0.02)
