@@ -222,6 +222,7 @@ class Search:
             new = (motor for motor in self._likewise(base, beside=False) if _names(motor) not in self.visited.fitted)
             swapped += [(base, motor) for motor in new]
         self.visited.keep(side_by_side(lambda task: self._fit(*task, FAR * fitted.chi2), swapped))
+        self._widen(fitted)
         self._turn_about(fitted)
 
     def _turn_about(self, fitted: Fitted) -> None:
@@ -239,14 +240,37 @@ class Search:
         motors = []
         for effect in fitted.motor.effects:
             relatives = self.relations.sharing(effect.name) if beside else self.relations.relatives(effect.name)
-            size = abs(float(getattr(effect, next(iter(parameters(effect)), ""), 0.0)))
-            size = 0.5 * size if beside else size
+            size = (0.5 if beside else 1.0) * _size(effect)
             bare = without_effect(fitted.motor, effect.name)
             rest = with_effect(bare, effect.scaled(0.5)) if beside and relatives else bare
             names = self.solver.request.effects.difference(fitted.names, self.relations.barred(rest.effects))
             others = [self.relations.known[name] for name in relatives if name in names]
             motors += [with_effect(rest, _sized(other, size)) for other in others]
         return motors
+
+    def _widen(self, fitted: Fitted) -> None:
+        """Fit laws that contain one of the effects of `fitted` in its place: what they add may not show in scores,
+        which hold beside the motor without it. Another effect may have imitated that: each is left out in turn."""
+        tasks = [(effect, law) for effect in fitted.motor.effects for law in self._wider(fitted, effect)]
+        found = side_by_side(lambda task: self._in_place_of(fitted, *task), tasks)
+        self.visited.keep(found)
+        wide = [self.visited.fitted.get(frozenset(one.names), fitted) for one in found]
+        for one in wide:
+            if one.chi2 < (1 - IDLE) * fitted.chi2 and one not in self.shortened:
+                self.without_each(one)
+
+    def _wider(self, fitted: Fitted, effect: AbstractEffect) -> list[type[AbstractEffect]]:
+        """Usual laws that contain `effect` and may be beside the others of `fitted`."""
+        barred = self.relations.barred(without_effect(fitted.motor, effect.name).effects)
+        laws = self.relations.containing(effect.name) & (self.solver.request.effects - barred)
+        return [self.relations.known[name] for name in sorted(laws) if not self.relations.is_rare(name)]
+
+    def _in_place_of(self, fitted: Fitted, effect: AbstractEffect, law: type[AbstractEffect]) -> Fitted:
+        """`fitted` with `law` in the place of `effect`, begun at about its size."""
+        rest = without_effect(fitted.motor, effect.name)
+        starts = [one.scaled(_size(effect) / _size(one)) for one in law.starts(self.rig)]
+        found = [self.solver.fit(with_effect(rest, one), fitted, COARSE, bar=FAR * fitted.chi2) for one in starts]
+        return self._placed(fitted, min(found, key=lambda one: one.chi2))
 
     def _fit(self, near: Fitted, motor: Motor, bar: float = math.inf) -> Fitted:
         return self._placed(near, self.solver.fit(motor, near, COARSE, bar=bar))
@@ -506,6 +530,11 @@ class Search:
 
 def _names(motor: Motor) -> Names:
     return frozenset(effect.name for effect in motor.effects)
+
+
+def _size(effect: AbstractEffect) -> float:
+    """Its first parameter."""
+    return abs(float(getattr(effect, next(iter(parameters(effect)), ""), 0.0)))
 
 
 def _common(base: Fitted, longer: Fitted) -> Motor:

@@ -19,6 +19,11 @@ from jaxmotor.motor.effects._base import (
 )
 from jaxmotor.motor.effects._sine import sine
 
+MOST_LOST = 0.5
+"""Share of the counts that may be lost."""
+STARTS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1)
+"""Speeds above which they are, over the largest that was read: where counts are lost the shaft is faster."""
+
 
 class MissedCounts(AbstractSensorEffect, AbstractCountEffect):
     """(1 - r) w where |w| > ws: a share of the counts is lost at speed."""
@@ -39,12 +44,18 @@ class MissedCounts(AbstractSensorEffect, AbstractCountEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        speeds = [share * rig.speed_rad_s for share in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8)] if rig.counts else []
+        speeds = [share * rig.speed_rad_s for share in STARTS] if rig.counts else []
         return tuple(cls.of(ratio=0.06, speed_rad_s=speed) for speed in speeds)
+
+    def around(self, rig: Rig) -> tuple[AbstractEffect, ...]:
+        """Few rows may lie above the speed, and a share that is too small there leads to no other one."""
+        sizes = [factor * float(self.ratio) for factor in (1, 4)]
+        speeds = [share * rig.speed_rad_s for share in np.linspace(0.3, 1.5, 25).tolist()]
+        return tuple(self.of(ratio=size, speed_rad_s=speed) for speed in speeds for size in sizes if size < MOST_LOST)
 
     def possible(self, rig: Rig) -> bool:
         """A counter that loses most of them shows no speed."""
-        return super().possible(rig) and float(self.ratio) < 0.5
+        return super().possible(rig) and float(self.ratio) < MOST_LOST
 
     def counted(self, step: Step) -> Scalar:
         # Within a step the speed is taken as a straight line, which crosses ws once at most.
