@@ -69,6 +69,8 @@ LITTLE = 0.5
 """Part of chi2: where the first effect leaves more, it is tried from another start, too."""
 IDLE = 1e-3
 """Part of chi2 by which a fit lowers it whose effect does something."""
+SMALL = 0.1
+"""Part of its size at which an effect is tried anew whose fit leaves more than there was without it."""
 LIKELY = 0.4
 """Part of the best score's gain that a law of two inertias must promise where another effect explains everything."""
 PROMISE = 0.02
@@ -95,8 +97,8 @@ class Search:
         self.own = self.visited.own
         """What is the log's: no candidate, and no cause."""
         self.tried: set[Names] = set()
-        self.extended: set[Names] = set()
-        """Models beside which further effects have been tried."""
+        self.extended: dict[Names, float] = {}
+        """chi2 of the models beside which further effects have been tried."""
         self.shared: set[Names] = set()
         """Models of which an effect's size has been shared with its relatives."""
         self.shortened: list[Fitted] = []
@@ -209,7 +211,9 @@ class Search:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`; and further ones
         beside it if it is the best since the last contest."""
         bases = self.without_each(fitted)
-        is_new = frozenset(fitted.names) not in self.extended and 0 < len(self._causes(fitted)) < DEPTH
+        # What is tried beside a motor that is stuck in a local minimum tells little.
+        better = fitted.chi2 < (1 - PROMISE) * self.extended.get(frozenset(fitted.names), math.inf)
+        is_new = better and 0 < len(self._causes(fitted)) < DEPTH
         extended = [fitted, *bases] if is_new else bases
         # A curve leaves little to imitate, and each further effect beside one takes long.
         self._extend([base for base in extended if not _is_learned(base)], LATER, FAR * fitted.chi2)
@@ -286,7 +290,7 @@ class Search:
         far below the base's as an effect must bring it, are given up."""
         tasks: dict[Names, tuple[Fitted, list[Candidate]]] = {}
         shared: list[tuple[Fitted, Motor]] = []
-        self.extended.update(frozenset(base.names) for base in bases)
+        self.extended |= {frozenset(base.names): base.chi2 for base in bases}
         for base in bases:
             ranked = candidates(base, self._effect_columns(base))
             quiet = self._is_quiet(base)
@@ -295,7 +299,7 @@ class Search:
             simpler = [simple for name in leaders for simple in self.relations.simpler(name)]
             for name in (*leaders, *simpler):
                 names = frozenset((*base.names, name))
-                if names not in self.tried and name in ranked:
+                if name in ranked and (names not in self.tried or self._is_stuck(names, base)):
                     tasks.setdefault(names, (base, ranked[name]))
             if not quiet and frozenset(base.names) not in self.shared:
                 shared += [(base, motor) for motor in self._likewise(base, beside=True)]
@@ -305,6 +309,11 @@ class Search:
         self.visited.keep(found + side_by_side(lambda task: self._fit(*task, min(bar, self._bar(task[0]))), shared))
         self.visited.keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
         self.again(bases)
+
+    def _is_stuck(self, names: Names, base: Fitted) -> bool:
+        """The fit of a model that has all of `base` and more, which began elsewhere, leaves more than `base` does."""
+        known = self.visited.fitted.get(names)
+        return known is not None and known.chi2 > base.chi2
 
     def again(self, bases: list[Fitted]) -> None:
         """Fit each of `bases` once more, from where the best of its extensions ended: a law that takes up little may
@@ -376,6 +385,9 @@ class Search:
         first = starts[0]
         others = [start for start in starts[1:] if shape_of(start) != shape_of(first)][:1]
         found = [fit(start.motor) for start in (first, *others)]
+        if min(one.chi2 for one in found) > base.chi2:
+            # What is linear reaches not that far, such as where a law acts from some speed on.
+            found.append(fit(with_effect(base.motor, first.effect.scaled(SMALL))))
         rest = [start for start in starts[1:] if start.chi2 <= self.least(base, LEAST)]
         if rest and min(one.chi2 for one in found) >= (1 - IDLE) * base.chi2:
             # Beside the effects of `base` one may do nothing where it did alone, as a limit that is never reached.
