@@ -96,7 +96,8 @@ class Search:
         self.explained = Explained(linear.chi2, solver.noise_known, max(noise, NEARLY))
         self.own = self.visited.own
         """What is the log's: no candidate, and no cause."""
-        self.tried: set[Names] = set()
+        self.tried: dict[Names, float] = {}
+        """Models that were fitted from one with an effect less, and the least chi2 of those."""
         self.extended: dict[Names, float] = {}
         """chi2 of the models beside which further effects have been tried."""
         self.shared: set[Names] = set()
@@ -159,7 +160,7 @@ class Search:
 
         So are the best in the place of each effect of the best of them, and curves that were tried beside that.
         """
-        self.tried |= {names - before.own | self.own for names in before.tried}
+        self.tried |= {names - before.own | self.own: 0.0 for names in before.tried}
         self.shared |= {names - before.own | self.own for names in before.shared}
         more = [effect for effect in self.first.effects if effect.name in self.own - before.own]
 
@@ -255,25 +256,27 @@ class Search:
     def _widen(self, fitted: Fitted) -> None:
         """Fit laws that contain one of the effects of `fitted` in its place: what they add may not show in scores,
         which hold beside the motor without it. Another effect may have imitated that: each is left out in turn."""
-        tasks = [(effect, law) for effect in fitted.motor.effects for law in self._wider(fitted, effect)]
-        found = side_by_side(lambda task: self._in_place_of(fitted, *task), tasks)
+        tasks = [motors for effect in fitted.motor.effects for motors in self._wider(fitted, effect)]
+        found = side_by_side(lambda motors: self._best_near(fitted, motors), tasks)
         self.visited.keep(found)
         wide = [self.visited.fitted.get(frozenset(one.names), fitted) for one in found]
         for one in wide:
             if one.chi2 < (1 - IDLE) * fitted.chi2 and one not in self.shortened:
                 self.without_each(one)
 
-    def _wider(self, fitted: Fitted, effect: AbstractEffect) -> list[type[AbstractEffect]]:
-        """Usual laws that contain `effect` and may be beside the others of `fitted`."""
-        barred = self.relations.barred(without_effect(fitted.motor, effect.name).effects)
-        laws = self.relations.containing(effect.name) & (self.solver.request.effects - barred)
-        return [self.relations.known[name] for name in sorted(laws) if not self.relations.is_rare(name)]
-
-    def _in_place_of(self, fitted: Fitted, effect: AbstractEffect, law: type[AbstractEffect]) -> Fitted:
-        """`fitted` with `law` in the place of `effect`, begun at about its size."""
+    def _wider(self, fitted: Fitted, effect: AbstractEffect) -> list[list[Motor]]:
+        """`fitted` with each usual law that contains `effect` in its place, begun at about its size."""
         rest = without_effect(fitted.motor, effect.name)
-        starts = [one.scaled(_size(effect) / _size(one)) for one in law.starts(self.rig)]
-        found = [self.solver.fit(with_effect(rest, one), fitted, COARSE, bar=FAR * fitted.chi2) for one in starts]
+        laws = self.relations.containing(effect.name) & (
+            self.solver.request.effects - self.relations.barred(rest.effects)
+        )
+        usual = [self.relations.known[name] for name in sorted(laws) if not self.relations.is_rare(name)]
+        starts = [[one for one in law.starts(self.rig) if _size(one)] for law in usual]
+        return [[with_effect(rest, one.scaled(_size(effect) / _size(one))) for one in its] for its in starts if its]
+
+    def _best_near(self, fitted: Fitted, motors: list[Motor]) -> Fitted:
+        """The best fit of those that begin at `motors`, beside `fitted`."""
+        found = [self.solver.fit(motor, fitted, COARSE, bar=FAR * fitted.chi2) for motor in motors]
         return self._placed(fitted, min(found, key=lambda one: one.chi2))
 
     def _fit(self, near: Fitted, motor: Motor, bar: float = math.inf) -> Fitted:
@@ -303,7 +306,7 @@ class Search:
                     tasks.setdefault(names, (base, ranked[name]))
             if not quiet and frozenset(base.names) not in self.shared:
                 shared += [(base, motor) for motor in self._likewise(base, beside=True)]
-        self.tried.update(tasks)
+        self.tried |= {names: base.chi2 for names, (base, _) in tasks.items()}
         self.shared.update(frozenset(base.names) for base, _ in shared)
         found = self._fitted(tasks, bar)
         self.visited.keep(found + side_by_side(lambda task: self._fit(*task, min(bar, self._bar(task[0]))), shared))
@@ -311,9 +314,10 @@ class Search:
         self.again(bases)
 
     def _is_stuck(self, names: Names, base: Fitted) -> bool:
-        """The fit of a model that has all of `base` and more, which began elsewhere, leaves more than `base` does."""
+        """The fit of a model that has all of `base` and more leaves more than `base`, which is better than the motor
+        that it began from."""
         known = self.visited.fitted.get(names)
-        return known is not None and known.chi2 > base.chi2
+        return known is not None and base.chi2 < min(known.chi2, (1 - IDLE) * self.tried[names])
 
     def again(self, bases: list[Fitted]) -> None:
         """Fit each of `bases` once more, from where the best of its extensions ended: a law that takes up little may
