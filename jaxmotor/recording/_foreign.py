@@ -287,8 +287,8 @@ def _read_log(
     given = input_of(table.only(~no_input), stated, supply_V, measured is not None)
     [(name, values)] = shaft.read(table.only(read), list(table.cells), scale).items()
     kept = between(known, read, np.isin(np.arange(len(table)), bounds))
-    # A turn over several rows is not counted from row to row.
-    kept = whole if name == "count" and not are_far_apart(read[kept]) else kept
+    # A turn over several rows is not counted from row to row; and what a row without pulses counted is lost.
+    kept = whole if name == "count" and (shaft.pulses or not are_far_apart(read[kept])) else kept
     column = np.zeros(len(table), values.dtype)
     column[read] = values
     log = Log(

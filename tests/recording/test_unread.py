@@ -109,6 +109,11 @@ def test_turns_over_many_rows_have_the_mean_voltage(name, jitter):
     assert (float(found.gain), float(found.pole)) == pytest.approx((GAIN, POLE), rel=0.01)
 
 
+def test_pulses_that_were_not_read_are_lost(tmp_path):
+    recording = log(tmp_path, [0, "", "", 5, "", "", 5, 5], pulses="y", counts_per_rev=100)
+    assert recording.count_resets and recording.header["imported"]["missing_rows"] == 4
+
+
 @pytest.mark.parametrize("seed", [6, 7, 8])
 @pytest.mark.parametrize("missing", ["few", "most", "a stretch"])
 def test_the_motor_is_found_through_rows_without_speeds(missing, seed):
