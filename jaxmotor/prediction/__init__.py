@@ -41,6 +41,7 @@ from jaxmotor.prediction._packing import Packed as Packed
 from jaxmotor.prediction._packing import Padding as Padding
 from jaxmotor.prediction._packing import bucket as bucket
 from jaxmotor.prediction._packing import delayed as delayed
+from jaxmotor.prediction._packing import log_rows as log_rows
 from jaxmotor.prediction._packing import pack as pack
 from jaxmotor.prediction._packing import pieces_of as pieces_of
 from jaxmotor.prediction._packing import up_by_four as up_by_four

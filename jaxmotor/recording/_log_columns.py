@@ -39,7 +39,7 @@ class Log:
         inputs: tuple[np.ndarray, np.ndarray | None, float | None],
         after_gap: np.ndarray | None,
     ) -> "Log":
-        """The rows `kept`, with these inputs instead of their own."""
+        """The rows `kept`, indices or true where they are, with these inputs instead of their own."""
         return Log(
             (self.stamps[0][kept], self.stamps[1]),
             inputs,

@@ -4,7 +4,7 @@ import numpy as np
 
 from jaxmotor.estimate import Model, Trace, chi2_per_sample, fit_percent, traces_of
 from jaxmotor.motor.effects import LogFilter
-from jaxmotor.prediction import Packed, pack, pieces_of, without_transients
+from jaxmotor.prediction import Packed, log_rows, pack, pieces_of, without_transients
 from jaxmotor.recording import Recording
 from jaxmotor.validation._free_simulation import simulate_model
 from jaxmotor.validation._timed import is_timed
@@ -46,7 +46,7 @@ def initial_speed(model: Model, recording: Recording, segment: int) -> float:
 
 def has_pieces(recording: Recording, segment: int) -> bool:
     """Two rows of `segment` follow each other without a lost tick, and say something of the speed."""
-    return bool(pieces_of(recording, segment)) and bool(pack(recording, (segment,)).batch.valid.any())
+    return bool(pieces_of(recording, segment)) and bool(log_rows(recording, (segment,)).valid.any())
 
 
 def score_of(

@@ -56,9 +56,9 @@ def log(seed: int, truth: Truth) -> Recording:
 
 @functools.cache
 def found(seed: int, truth: Truth) -> Diagnosis:
-    frictions = ("dead_zone", "coulomb_friction", "stiction")
-    other = ("voltage_offset", "quadratic_drag") if truth.offset_V else frictions
-    return diagnose(log(seed, truth), effects=(*other, "missed_counts"))
+    with_drag, with_friction = ("voltage_offset", "quadratic_drag"), ("dead_zone", "coulomb_friction", "stiction")
+    asked = with_drag if truth.drag_V_s2_rad2 else with_friction
+    return diagnose(log(seed, truth), effects=(*asked, "missed_counts"))
 
 
 @pytest.mark.parametrize(("seed", "above_rad_s"), [(1, 24.0), (2, 24.0), (2, 24.6)])

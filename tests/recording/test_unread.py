@@ -1,5 +1,6 @@
 """Rows whose input is known and whose shaft was not read."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -10,8 +11,9 @@ from recordings import same
 from test_repeats import GAIN, PERIOD_S, POLE, motion
 
 from jaxmotor import diagnose, identify
-from jaxmotor.recording import RecordingError, check, from_arrays, import_log, read, write
+from jaxmotor.recording import Recording, RecordingError, Segment, check, from_arrays, import_log, read, write
 from jaxmotor.recording._unread import between
+from jaxmotor.validation._open_loop import has_pieces
 
 TIME, VOLTS = {"time": "t", "input": "u:V"}, {"speed": "y:rad/s"}
 UNEVEN = (0, 0.011, 0.02, 0.034, 0.04, 0.051, 0.06, 0.0713)
@@ -107,6 +109,16 @@ def test_turns_over_many_rows_have_the_mean_voltage(name, jitter):
     assert recording.header["readings_every_s"] == pytest.approx(4 * PERIOD_S)
     found = identify(recording).motor
     assert (float(found.gain), float(found.pole)) == pytest.approx((GAIN, POLE), rel=0.01)
+
+
+@pytest.mark.parametrize(("every", "scored"), [(1, True), (3, False)])
+def test_a_segment_that_shows_no_turn_is_not_scored(every, scored):
+    time, volts, angle, _ = motion(10, 400)
+    unread = np.arange(len(time)) % every != 0
+    first = Segment("other", 0.0, True, {}, time, volts, tick=np.arange(len(time)), angle_rad=angle)
+    second = dataclasses.replace(first, start_s=9.0, unread=unread if unread.any() else None)
+    recording = Recording((first, second), "two", PERIOD_S)
+    assert has_pieces(recording, 0) and has_pieces(recording, 1) == scored
 
 
 def test_pulses_that_were_not_read_are_lost(tmp_path):
