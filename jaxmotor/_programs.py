@@ -38,16 +38,23 @@ KNOWN = ("jaxmotor", "jax", "equinox")
 """Packages whose classes programs on the disk may hold, beside what is `PLAIN`."""
 
 
-def program(function: Callable[..., Arrays], *, brief: bool = False) -> Callable[..., Arrays]:
-    """`function` of PyTrees, jitted; it returns arrays by name. Leaves that are no arrays choose the program.
+class Program:
+    """A function of PyTrees, jitted; it returns arrays by name. Leaves that are no arrays choose the program."""
 
-    One that is `brief` runs for milliseconds and seldom: what the compiler could gain takes longer than it saves.
-    """
-    jitted = eqx.filter_jit(function)
+    __wrapped__: Callable[..., Arrays]
 
-    def ready(*arguments: Any) -> tuple[Call, list[Any]] | None:
-        """The compiled program, and what it takes of `arguments`; None within another program."""
-        folder = jax.config.values["jax_compilation_cache_dir"]
+    def __init__(self, function: Callable[..., Arrays], brief: bool):
+        self._function, self._brief, self._jitted = function, brief, eqx.filter_jit(function)
+        functools.update_wrapper(self, function)
+
+    def __call__(self, *arguments: Any) -> Arrays:
+        found = self.ready(*arguments)
+        return self._jitted(*arguments) if found is None else found[0](found[1])
+
+    def ready(self, *arguments: Any) -> tuple[Call, list[Any]] | None:
+        """The compiled program, and what it takes of `arguments`, the arrays among their leaves in their order; None
+        within another program."""
+        function, folder = self._function, jax.config.values["jax_compilation_cache_dir"]
         every, tree = jax.tree.flatten(arguments)
         leaves = [leaf for leaf in every if _is_array(leaf)]
         if any(isinstance(leaf, Tracer) for leaf in leaves):
@@ -65,28 +72,25 @@ def program(function: Callable[..., Arrays], *, brief: bool = False) -> Callable
                 return function(*jax.tree.unflatten(tree, every))
 
             if folder is None or not _is_ours(tree):
-                return _lowered(flat, leaves).compile(compiler_options=_quickly(brief))
+                return _lowered(flat, leaves).compile(compiler_options=_quickly(self._brief))
             path = Path(folder) / f"{function.__name__}-{_key(function, static, tree, leaves)}.program"
-            return _loaded(path, leaves) or _compiled(path, flat, leaves, brief)
+            return _loaded(path, leaves) or _compiled(path, flat, leaves, self._brief)
 
         return _recent.get(about, made), leaves
 
-    @functools.wraps(function)
-    def call(*arguments: Any) -> Arrays:
-        found = ready(*arguments)
-        return jitted(*arguments) if found is None else found[0](found[1])
 
-    call.ready = ready  # pyright: ignore[reportAttributeAccessIssue]
-    return call
+def program(function: Callable[..., Arrays], *, brief: bool = False) -> Program:
+    """One that is `brief` runs for milliseconds and seldom: what the compiler could gain takes longer than it saves."""
+    return Program(function, brief)
 
 
-def compile_ahead(called: Callable[..., Arrays], arguments: Callable[[], tuple[Any, ...]]) -> None:
+def compile_ahead(called: Program, arguments: Callable[[], tuple[Any, ...]]) -> None:
     """Compile the `program` for arrays like those that `arguments` gives, in a thread of its own, while something else
     is computed."""
 
     def ready() -> None:
         with contextlib.suppress(Exception):  # whoever calls the program will see it
-            called.ready(*arguments())  # pyright: ignore[reportFunctionMemberAccess]
+            called.ready(*arguments())
 
     threading.Thread(target=in_float64(ready)).start()
 

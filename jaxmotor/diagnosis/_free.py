@@ -4,6 +4,7 @@
 laws of the current: both have a prior, the spread of hobby motors. An effect that adds to τ is all of it: τ is then 0.
 """
 
+import functools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -71,37 +72,50 @@ def impossible(motor: Motor, rig: Rig) -> list[str]:
 
 def is_wide(effects: tuple[AbstractEffect, ...]) -> bool:
     """Some law has events that only wide, central differences see."""
-    return any(type(effect).difference > 0.01 for effect in effects)
+    return _are_wide(tuple(map(type, effects)))
+
+
+def _are_wide(laws: tuple[type[AbstractEffect], ...]) -> bool:
+    return any(law.difference > 0.01 for law in laws)
 
 
 def layout_of(effects: tuple[AbstractEffect, ...], variance: float = 1.0) -> Layout:
     """Of a motor with `effects`; its priors weigh against residuals of that `variance`."""
-    inf = np.inf
-    wide = 10.0 if is_wide(effects) else 1.0
-    rows = [
-        ("gain", 1e-4 * wide, 0.5, -inf, inf, 0.0, inf),
-        ("pole", 1e-3 * wide, 0.7, -inf, inf, 0.0, inf),
-        ("lag", LAG_STEP_S * wide, 1e-4, 0.0, *((0.0, *NO_LAG_S) if _is_lag(effects) else (OWN_LAG_S, *LAG_S))),
-    ]
-    rows.append(("viscous_share", 4e-3, 0.05, 0.0, 0.6, *VISCOUS_SHARE))
-    for effect in effects:
-        rows += [(f"{effect.name}.{name}", *about) for name, about in _elements(effect)]
-    names, *columns = zip(*rows, strict=True)
-    layout = Layout(names, *(np.array(column, float) for column in columns))
+    layout = _layout_of(tuple(map(type, effects)))
     return layout._replace(spread=layout.spread / math.sqrt(variance))
 
 
-def _is_lag(effects: tuple[AbstractEffect, ...]) -> bool:
-    """One of `effects` is the motor's electrical time constant, all of it."""
-    return any(isinstance(effect, AbstractLagEffect) for effect in effects)
-
-
-def _elements(effect: AbstractEffect) -> list[tuple[str, tuple[float, ...]]]:
-    """Name, difference, longest step, bounds and prior of each free number of `effect`."""
+@functools.lru_cache(256)
+def _layout_of(laws: tuple[type[AbstractEffect], ...]) -> Layout:
     inf = np.inf
-    width = type(effect).difference
+    wide = 10.0 if _are_wide(laws) else 1.0
+    rows = [
+        ("gain", 1e-4 * wide, 0.5, -inf, inf, 0.0, inf),
+        ("pole", 1e-3 * wide, 0.7, -inf, inf, 0.0, inf),
+        ("lag", LAG_STEP_S * wide, 1e-4, 0.0, *((0.0, *NO_LAG_S) if _are_lags(laws) else (OWN_LAG_S, *LAG_S))),
+    ]
+    rows.append(("viscous_share", 4e-3, 0.05, 0.0, 0.6, *VISCOUS_SHARE))
+    for law in laws:
+        rows += [(f"{law.name}.{name}", *about) for name, about in _elements(law)]
+    names, *columns = zip(*rows, strict=True)
+    return Layout(names, *(np.array(column, float) for column in columns))
+
+
+def _are_lags(laws: tuple[type[AbstractEffect], ...]) -> bool:
+    """One of `laws` is the motor's electrical time constant, all of it."""
+    return any(issubclass(law, AbstractLagEffect) for law in laws)
+
+
+def _is_lag(effects: tuple[AbstractEffect, ...]) -> bool:
+    return _are_lags(tuple(map(type, effects)))
+
+
+def _elements(law: type[AbstractEffect]) -> list[tuple[str, tuple[float, ...]]]:
+    """Name, difference, longest step, bounds and prior of each free number of an effect."""
+    inf = np.inf
+    width = law.difference
     found: list[tuple[str, tuple[float, ...]]] = []
-    for name, about in parameters(effect).items():
+    for name, about in parameters(law).items():
         if about["kind"] == "positive":
             found.append((name, (width, 0.7, 0.0 if "least" in about else -18.0, 14.0, 0.0, inf)))
         elif about["kind"] in ("signed", "term"):
@@ -114,7 +128,12 @@ def _elements(effect: AbstractEffect) -> list[tuple[str, tuple[float, ...]]]:
 
 def motor_at(template: Motor, free: Float[np.ndarray, " p"]) -> Motor:
     """The motor that `free` stands for; what is not fitted is `template`'s."""
-    return to_jax(jax.tree.map(lambda leaf: leaf[0], motors_at(template, free[None])))
+    return to_jax(numbers_at(template, free))
+
+
+def numbers_at(template: Motor, free: Float[np.ndarray, " p"]) -> Motor:
+    """`motor_at` in numpy: to make JAX's arrays of its numbers takes ten times as long."""
+    return jax.tree.map(lambda leaf: leaf[0], motors_at(template, free[None]))
 
 
 def motors_at(template: Motor, frees: Float[np.ndarray, "k p"]) -> Motor:

@@ -5,15 +5,16 @@ A neutral effect changes nothing and, where its law is simple, costs little.
 """
 
 import functools
-from typing import Literal
+from typing import Any, Literal
 
 import equinox as eqx
 import jax
 import numpy as np
+from jaxtyping import Float
 
 from jaxmotor.diagnosis._free import is_wide
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import BUILT_IN, LEARNED, OF_LOG, AbstractEffect, SpeedWindow
+from jaxmotor.motor.effects import BUILT_IN, LEARNED, OF_LOG, SpeedWindow
 
 Sharing = Literal["nothing", "simple", "most"]
 """Which effects motors have in common in the programs of one log: none, in long ones; those of a `program_level`; or,
@@ -23,14 +24,35 @@ where the log is short and one sequence, also those that are `cheap_alone`, and 
 def as_shared(motors: Motor, sharing: Sharing, window_s: float | None = None) -> Motor:
     """`motors`, whose leaves are (k,), with all effects that share a program with its own, in one order; and where
     speeds are means over `window_s`, with that as if it were sought."""
-    names = shared_names(motors, sharing)
-    if names is None:
+    if shared_names(motors, sharing) is None:
         return motors
-    own = {effect.name: effect for effect in motors.effects}
-    number = len(np.asarray(motors.linear.gain))
-    window = [] if window_s is None else [SpeedWindow.of(length_s=window_s)]
-    every = _neutral(names, number) | {one.name: _repeated(one, number) for one in window} | own
-    return eqx.tree_at(lambda motor: motor.effects, motors, tuple(every[name] for name in sorted(every)))
+    leaves, tree = shared_leaves(motors, sharing, window_s)
+    return jax.tree.unflatten(tree, leaves)
+
+
+def shared_leaves(
+    motors: Motor, sharing: Sharing, window_s: float | None = None
+) -> tuple[list[Float[np.ndarray, " k"]], Any]:
+    """Leaves and structure of `as_shared`."""
+    own, tree = jax.tree.flatten(motors)
+    places, shared = _places(tree, sharing, window_s)
+    number = len(own[0])
+    return [own[leaf] if isinstance(leaf, int) else np.full(number, leaf) for leaf in places], shared
+
+
+@functools.lru_cache(256)
+def _places(tree: Any, sharing: Sharing, window_s: float | None) -> tuple[list[int | float], Any]:
+    """Of each leaf of what a motor of the structure `tree` shares its place among the motor's own, or its value; and
+    the structure of that."""
+    motor = jax.tree.unflatten(tree, range(tree.num_leaves))
+    names = shared_names(motor, sharing)
+    if names is None:
+        return list(range(tree.num_leaves)), tree
+    window = {} if window_s is None else {SpeedWindow.name: SpeedWindow.of(length_s=window_s)}
+    others = {name: BUILT_IN[name].neutral() for name in names} | window
+    every = jax.tree.map(float, others) | {effect.name: effect for effect in motor.effects}
+    effects = tuple(every[name] for name in sorted(every))
+    return jax.tree.flatten(eqx.tree_at(lambda motor: motor.effects, motor, effects))
 
 
 def shared_names(motor: Motor, sharing: Sharing) -> frozenset[str] | None:
@@ -49,13 +71,3 @@ def shared_names(motor: Motor, sharing: Sharing) -> frozenset[str] | None:
         names |= {one.name for one in BUILT_IN.values() if one.cheap_alone}
         names |= LEARNED.keys() if any(effect.name in LEARNED for effect in own) else set()
     return frozenset(names)
-
-
-@functools.lru_cache(256)
-def _neutral(names: frozenset[str], number: int) -> dict[str, AbstractEffect]:
-    """The effects of these names; leaves are (`number`,), in numpy."""
-    return {name: _repeated(BUILT_IN[name].neutral(), number) for name in names}
-
-
-def _repeated(effect: AbstractEffect, number: int) -> AbstractEffect:
-    return jax.tree.map(lambda leaf: np.full(number, float(leaf)), effect)

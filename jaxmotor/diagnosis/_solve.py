@@ -8,7 +8,7 @@ columns of a Jacobian side by side, and is used again for every step, every star
 import dataclasses
 import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, Literal, NamedTuple
 
 import equinox as eqx
@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 
 from jaxmotor._balanced import balanced, solve_balanced
-from jaxmotor._precision import to_jax
+from jaxmotor._precision import to_jax, to_numpy
 from jaxmotor.diagnosis._free import (
     Layout,
     free_of,
@@ -27,12 +27,13 @@ from jaxmotor.diagnosis._free import (
     motor_at,
     motors_at,
     moved,
+    numbers_at,
     together,
 )
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residuals import residuals_program
-from jaxmotor.diagnosis._shared_program import Sharing, as_shared
+from jaxmotor.diagnosis._shared_program import Sharing, shared_leaves
 from jaxmotor.diagnosis._trial import Trial
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import AbstractDisturbance, AbstractLearnedEffect, Rig
@@ -71,6 +72,8 @@ WIDTH, BATCH = 8, 16
 """Motors that a program simulates side by side, at least, and in a short log in how many sequences in all: more are
 several calls, of which as many run as there are cores. In a log of one sequence 16 motors take 1.1 to 1.4 times as long
 as 8; a long one needs fewer at once, each with no more effects than its own."""
+KEPT = 64
+"""Programs that a solver looks up by itself; more are looked up among those of the process."""
 HANGS = 3
 """Times that a motor is fitted anew after its load was placed within its gap."""
 SHARES, SHORTER = 0.5 ** np.arange(8), np.geomspace(1e-3, 1e5, 8)
@@ -164,14 +167,17 @@ class Solver:
         """Where the initial speeds of free pieces are sought from (k,) [rad/s]."""
         self.most = int(trial.steps)
         """Steps per row, in which a motor is simulated where nothing else is asked for."""
-        self._in_steps = {self.most: self.given}
+        self._in_steps: dict[int, _Given] = {}
+        self._called: dict[tuple[Any, tuple[int, ...]], Callable[[list[Any]], dict[str, Any]]] = {}
+        """Programs by the structure of their motors and the shape of how these begin."""
         self.width = max(WIDTH, BATCH // len(trial.valid)) if self.is_short else WIDTH
         """Motors that a program simulates side by side."""
 
     def residuals(self, motors: Motor, speeds: np.ndarray, steps: int | None = None) -> np.ndarray:
         """(k, n) filtered residuals of motors whose leaves are (k,), simulated in `steps` per row (None: `most`)."""
         speeds = as_begins(speeds, len(self.starts), motors)
-        leaves, tree = jax.tree.flatten((self._shared(motors), speeds))
+        shared, tree = shared_leaves(motors, self.sharing, self.window_s)
+        leaves = [*shared, speeds]
 
         def part(begin: int) -> np.ndarray:
             some = [leaf[begin : begin + self.width] for leaf in leaves]
@@ -184,7 +190,8 @@ class Solver:
     def residual_of(self, motor: Motor, speeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(sequence, row) unfiltered residuals [units], zero where nothing was measured, and (n,) filtered ones."""
         speeds = as_begins(speeds, len(self.starts), motor)
-        found = self._program(*jax.tree.flatten((self._shared(together([motor])), speeds[None])))
+        leaves, tree = shared_leaves(together([motor]), self.sharing, self.window_s)
+        found = self._program([*leaves, speeds[None]], tree)
         return np.asarray(found["plain"])[..., 0].T, self.rows(found["drift"])[0]
 
     def rows(self, drift: Any) -> np.ndarray:
@@ -193,19 +200,26 @@ class Solver:
         with np.errstate(over="ignore"):
             return np.take(each.reshape(-1, each.shape[-1]), self.places, axis=0).T * self.scale
 
-    def _shared(self, motors: Motor) -> Motor:
-        return as_shared(motors, self.sharing, self.window_s)
-
     def _program(self, leaves: list[np.ndarray], tree: Any, steps: int | None = None) -> dict[str, Any]:
-        """Of motors and initial speeds whose `leaves` have at most `width` rows, the last of which is repeated."""
+        """Of motors of the structure `tree` and of initial speeds, whose `leaves` have at most `width` rows, the last
+        of which is repeated."""
         rows = np.minimum(np.arange(self.width), len(leaves[-1]) - 1)
-        motors, speeds = jax.tree.unflatten(tree, [leaf[rows] for leaf in leaves])
-        return residuals_program(motors, speeds, self._given_in(self.most if steps is None else steps))
+        leaves, given = [leaf[rows] for leaf in leaves], self._given_in(self.most if steps is None else steps)
+        called = self._called.get((tree, leaves[-1].shape))
+        if called is None:
+            found = residuals_program.ready(jax.tree.unflatten(tree, leaves[:-1]), leaves[-1], given.trial)
+            assert found is not None
+            called, _ = found
+            if len(self._called) == KEPT:
+                self._called.clear()
+            self._called[tree, leaves[-1].shape] = called
+        return called([*leaves, *given.arrays])
 
-    def _given_in(self, steps: int) -> Trial:
+    def _given_in(self, steps: int) -> "_Given":
         """The trial, whose rows are simulated in `steps`."""
         if steps not in self._in_steps:
-            self._in_steps[steps] = eqx.tree_at(lambda trial: trial.steps, self.given, to_jax(np.int32(steps)))
+            trial = eqx.tree_at(lambda trial: trial.steps, self.given, to_jax(np.int32(steps)))
+            self._in_steps[steps] = _Given(trial, jax.tree.leaves(eqx.filter(trial, eqx.is_array)))
         return self._in_steps[steps]
 
     def linearise(
@@ -255,6 +269,7 @@ class Solver:
         self.request.trying(tuple(effect.name for effect in motor.effects))
         speeds = as_begins(self._begins(near), len(self.starts), motor)
         goal = _Goal(tolerance, steps, bar, far, ties)
+        motor = to_numpy(motor)
         at = self._at(motor, free_of(motor), speeds, self._first_steps(motor, near))
         while True:
             at, ended = self._descended(motor, at, goal)
@@ -316,7 +331,7 @@ class Solver:
     def _hung(self, motor: Motor, at: "_At", goal: "_Goal") -> "_At":
         """`at` with its load where in its gap it fits best as pieces begin, and fitted again as long as that helps."""
         for _ in range(HANGS):
-            begins = self.placed(motor_at(motor, at.free), at.speeds, at.steps)
+            begins = self.placed(numbers_at(motor, at.free), at.speeds, at.steps)
             new = self._at(motor, at.free, begins, at.steps)
             new = self._descended(motor, new, goal)[0]
             if not square_of(new.residual) < (1 - WIDE_TOLERANCE) * square_of(at.residual):
@@ -350,7 +365,7 @@ class Solver:
         return max(least, min(near.steps or self.most, self.most))
 
     def _is_possible(self, motor: Motor, free: np.ndarray) -> bool:
-        return self.rig is None or is_possible(motor_at(motor, free), self.rig)
+        return self.rig is None or is_possible(numbers_at(motor, free), self.rig)
 
     def _at(self, motor: Motor, free: np.ndarray, speeds: np.ndarray, steps: int, *, shortened: bool = False) -> "_At":
         residual, jacobian, column = self.linearise(motor, free, speeds, steps)
@@ -406,6 +421,13 @@ class Solver:
 
 
 Ended = Literal["converged", "stopped", "given up"]
+
+
+class _Given(NamedTuple):
+    """A trial in JAX's arrays, and these by themselves, as its programs take them."""
+
+    trial: Trial
+    arrays: list[Any]
 
 
 class _Goal(NamedTuple):

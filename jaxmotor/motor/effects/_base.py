@@ -5,6 +5,7 @@ roles below, each a single equation. With the neutral value of every parameter a
 """
 
 import abc
+import functools
 import math
 from typing import Any, ClassVar, Literal, NamedTuple, TypeVar
 
@@ -244,7 +245,12 @@ class AbstractSensorEffect(AbstractEffect):
 
 def parameters(effect: AbstractEffect | type[AbstractEffect]) -> dict[str, dict[str, Any]]:
     """What is known about each parameter, by its name: unit, kind, neutral, start, scale."""
-    fields = getattr(effect, "__dataclass_fields__", {})
+    return _parameters(effect if isinstance(effect, type) else type(effect))
+
+
+@functools.cache
+def _parameters(law: type[AbstractEffect]) -> dict[str, dict[str, Any]]:
+    fields = getattr(law, "__dataclass_fields__", {})
     return {name: dict(field.metadata) for name, field in fields.items() if "kind" in field.metadata}
 
 
