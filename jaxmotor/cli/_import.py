@@ -209,7 +209,8 @@ def _summary(recording, output: Path) -> str:
     without += f"; {missing} row{'s' if missing > 1 else ''} without input or shaft {are}" if missing else ""
     every_s = recording.header.get("readings_every_s")
     if every_s is not None:
-        without += f"; a new reading came about every {1e3 * every_s:.3g} ms, only these rows are kept"
+        kept = "rows that repeat one have none" if recording.measured == "speed" else "only these rows are kept"
+        without += f"; a new reading came about every {1e3 * every_s:.3g} ms, {kept}"
     for warn in (warn_unread, warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches, warn_beyond_supply):
         without += "".join(f"; {sentence}" for sentence in warn(recording))
     if recording.period_s is None:

@@ -82,9 +82,8 @@ def import_log(
     it is moved to the row before, and of the last row the input is not known and taken to stay. A row whose input is
     missing (empty or `nan`) is a gap: a skipped tick where time stamps are even, else the next row begins a new
     segment. So is one whose count is missing; without an angle or a speed a row is kept for its input
-    (`Segment.unread`). Where few rows have a count or an angle, these have the mean input until the next. Rows that
-    only repeat a reading while the shaft moves on are left out (`_repeats`); the header then says how often a new one
-    comes.
+    (`Segment.unread`). So is one that only repeats a speed while the shaft moves on; the header then says how often a
+    new one comes. Where few rows have a new count or angle, these have the mean input until the next (`_repeats`).
 
     `speed_window_s` says over how long each speed is a mean; `speed_pulses_per_rev` that each is from the time between
     the last two pulses of a sensor, so many per turn of the output shaft; `speed_period_s` that each is what was

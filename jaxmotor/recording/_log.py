@@ -91,15 +91,10 @@ def assemble(
 
 
 def _without_repeats(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repeats | None]:
-    """As `without_repeats`; where readings are repeated, rows without one are gaps, and where turns would be read over
-    several rows these are one."""
-    read = log.read
-    if read.all():
-        return without_repeats(log, bounds)
-    if "speed_rad_s" not in log.shaft and are_far_apart(read):
+    """As `without_repeats`; where turns would be read over several rows these are one."""
+    if log.unread is not None and "speed_rad_s" not in log.shaft and are_far_apart(log.read):
         return without_unread(log, bounds)
-    shorter, ends, repeats = without_repeats(log.only(read), np.concatenate([[0], np.cumsum(read)])[bounds])
-    return (log, bounds, None) if repeats is None else (shorter, ends, repeats)
+    return without_repeats(log, bounds)
 
 
 def _starts(times_s: list[np.ndarray]) -> list[float]:

@@ -2,10 +2,13 @@
 
 A motor controller that sends its speed every 20 ms to a program that logs every 5 ms, or a board that counts for 50 ms
 and prints every 10: most rows say again what is known. A shaft that moves by more than the readings' step from one new
-reading to the next does not stand still between them, so such rows are no measurement. They are left out, and the row
-of a reading has the mean voltage until the next one. So it is with counts and angles whose cells are mostly empty.
+reading to the next does not stand still between them, so such rows are no measurement. Of speeds they are rows without
+a reading, which keep their input. Counts and angles are turns from one reading to the next: there they are left out,
+and the row of a reading has the mean voltage until the next one. So it is with counts and angles whose cells are mostly
+empty.
 """
 
+import dataclasses
 from typing import NamedTuple
 
 import numpy as np
@@ -28,20 +31,29 @@ class Repeats(NamedTuple):
 
 
 def without_repeats(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repeats | None]:
-    """`log` with the rows of new readings, the `bounds` (segments + 1,) of its segments there, and what was seen.
+    """`log` with the rows of new readings, the `bounds` (segments + 1,) of its segments there, and what was seen; of
+    speeds with the rows between, too.
 
     As it is, where readings are not repeated, or where a supply was measured while duties changed.
     """
-    [shaft] = log.shaft.values()
+    read = np.flatnonzero(log.read)
+    seen, ends = (log, bounds) if log.unread is None else (log.only(log.read), np.searchsorted(read, bounds))
+    [(measured, shaft)] = seen.shaft.items()
+    is_speed = measured == "speed_rad_s"
     begins = np.zeros(len(shaft), bool)
-    begins[bounds[:-1]] = True
-    if log.after_gap is not None:
-        begins |= log.after_gap
+    begins[ends[:-1]] = True
+    after_gap = seen.after_gap if not is_speed or log.after_gap is None else log.after_gap[read]
+    begins |= after_gap is not None and after_gap
     begins |= np.diff(shaft, prepend=shaft[:1]) != 0
-    repeats = _repeats(log.stamps[0], shaft, np.flatnonzero(begins), bounds)
+    repeats = _repeats(seen.stamps[0], shaft, np.flatnonzero(begins), ends)
     if repeats is None:
         return log, bounds, None
-    shorter = _with_means(log, _kept(np.flatnonzero(begins), len(shaft), repeats.rows), bounds)
+    kept = _kept(np.flatnonzero(begins), len(shaft), repeats.rows)
+    if is_speed:
+        # When a reading came that was first seen after a row without one is not known.
+        late = (np.diff(read, prepend=-1) > 1) & ~np.isin(read, bounds)
+        return *_with_rows_between(log, read[kept[~late[kept]]], bounds), repeats
+    shorter = _with_means(seen, kept, ends)
     return (log, bounds, None) if shorter is None else (*shorter, repeats)
 
 
@@ -54,6 +66,25 @@ def without_unread(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repea
     within = ~np.isin(kept[1:], bounds)
     usual_s = float(np.median(np.diff(log.stamps[0][kept])[within]))
     return *shorter, Repeats(int(np.median(np.diff(kept)[within])), usual_s)
+
+
+def _with_rows_between(log: Log, kept: np.ndarray, bounds: np.ndarray) -> tuple[Log, np.ndarray]:
+    """`log`, which was read in the rows `kept` alone, and its `bounds`: every so many rows of it as lose no reading and
+    no change of the input."""
+    columns = [column for column in (*log.input[:2], log.supply_V) if column is not None]
+    needed = np.zeros(len(columns[0]), bool)
+    needed[kept] = True
+    unread = ~needed
+    for column in columns:
+        needed[1:] |= column[1:] != column[:-1]
+    place = np.arange(len(needed)) - np.repeat(bounds[:-1], np.diff(bounds))
+    stride = max(int(np.gcd.reduce(place[needed])), 1)
+    last = kept[np.searchsorted(kept, bounds[1:]) - 1]
+    rows = np.flatnonzero((place % stride == 0) & (np.arange(len(needed)) <= np.repeat(last, np.diff(bounds))))
+    volts, duty, full = log.input
+    inputs = volts[rows], None if duty is None else duty[rows], full
+    after_gap = None if log.after_gap is None else log.after_gap[rows]
+    return dataclasses.replace(log, unread=unread).at(rows, inputs, after_gap), np.searchsorted(rows, bounds)
 
 
 def _with_means(log: Log, kept: np.ndarray, bounds: np.ndarray) -> tuple[Log, np.ndarray] | None:

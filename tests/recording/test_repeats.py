@@ -38,18 +38,51 @@ def test_only_new_readings_are_kept(name, jitter, tmp_path):
     true = angle if name == "angle_rad" else speed
     log = from_arrays(time_s=time, volts=volts, **{name: repeated(true, every)})
     [segment] = log.segments
-    assert len(segment) == pytest.approx(len(time) / 4, rel=0.03)
+    assert segment.read.sum() == pytest.approx(len(time) / 4, rel=0.03)
     assert log.header["readings_every_s"] == pytest.approx(0.02)
-    np.testing.assert_allclose(segment.shaft, true[np.rint(segment.time_s / PERIOD_S).astype(int)])
+    row = np.rint(segment.time_s / PERIOD_S).astype(int)
+    np.testing.assert_allclose(segment.shaft[segment.read], true[row[segment.read]])
+    # Where a speed was not new its row keeps its input; each fourth one is enough where nothing changes between.
+    keeps_rows = bool(jitter) and name == "speed_rad_s"
+    assert len(segment) == pytest.approx(len(time) if keeps_rows else len(time) / 4, rel=0.03)
+    assert not keeps_rows or np.array_equal(segment.volts, volts[row])
     assert segment.volts[:-1] @ np.diff(segment.time_s) == pytest.approx(
         volts[: len(time) - 4].sum() * PERIOD_S, rel=0.1
     )
-    assert (log.period_s is None) == bool(jitter)
+    assert (log.period_s is None) == bool(jitter and name == "angle_rad")
     write(log, tmp_path / "log.csv")
     [note] = [note for note in check(read(tmp_path / "log.csv")) if "a new reading came" in note]
     assert "20 ms" in note
     found = identify(log).motor
     assert (float(found.gain), float(found.pole)) == pytest.approx((GAIN, POLE), rel=0.02)
+
+
+@pytest.mark.parametrize(("every", "window"), [(4, 0), (4, 4), (7, 7)])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_inputs_that_change_while_a_speed_stays_act_when_they_did(seed, every, window):
+    """A voltage that changes every 15 ms, and speeds that come every 20 or 35 ms: at once, or as means over that."""
+    gain, pole, rows = 3.0, 12.7, 3000
+    rng = np.random.default_rng(seed)
+    volts = np.repeat(rng.choice([-6.0, 6.0, 3.0, -3.0], rows // 3), 3)
+    keep, speed, angle = np.exp(-pole * PERIOD_S), np.zeros(rows), np.zeros(rows)
+    for k in range(rows - 1):
+        target = gain * volts[k]
+        angle[k + 1] = angle[k] + target * PERIOD_S + (speed[k] - target) * (1 - keep) / pole
+        speed[k + 1] = target + (speed[k] - target) * keep
+    seen = speed
+    if window:
+        seen = np.concatenate([np.zeros(window), (angle[window:] - angle[:-window]) / (window * PERIOD_S)])
+    seen = np.round(seen + 0.05 * rng.standard_normal(rows), 2)
+    held = repeated(seen, np.full(rows, every))
+    log = from_arrays(time_s=np.arange(rows) * PERIOD_S, volts=volts, speed_rad_s=held)
+    fit = identify(log)
+    assert sum(segment.read.sum() for segment in log.segments) == pytest.approx(rows / every, rel=0.02)
+    assert float(fit.motor.gain) == pytest.approx(gain, abs=4 * float(fit.standard_error.gain))
+    assert float(fit.motor.pole) == pytest.approx(pole, abs=4 * float(fit.standard_error.pole))
+    assert float(fit.standard_error.gain) < 0.002 * gain and float(fit.standard_error.pole) < 0.005 * pole
+    if window:
+        assert fit.average is not None
+        assert fit.average.length_s == pytest.approx(window * PERIOD_S, rel=0.02)
 
 
 @pytest.mark.parametrize("counts_per_rev", [20, 500])

@@ -82,13 +82,22 @@ def test_a_segment_without_any_reading_is_refused(tmp_path):
         read(tmp_path / "written.csv")
 
 
-def test_where_readings_are_repeated_a_row_without_one_is_a_gap():
+@pytest.mark.parametrize("late", [0, 1])
+def test_where_readings_are_repeated_a_row_without_one_is_one_more(late):
+    """Each fourth row holds a new speed; where that one has none, nobody knows when the speed came that stands in the
+    next."""
     time, volts, _, speed = motion(3)
     held = speed[np.arange(len(speed)) // 4 * 4]
-    held[[401, 1203]] = np.nan
+    empty = np.array([400, 1200]) + (0 if late else 1)
+    held[empty] = np.nan
     recording = from_arrays(time_s=time, volts=volts, speed_rad_s=held)
     assert "readings_every_s" in recording.header
-    assert all(segment.unread is None for segment in recording.segments)
+    [segment] = recording.segments
+    row = np.rint(segment.time_s / (time[1] - time[0])).astype(int)
+    np.testing.assert_allclose(segment.volts, volts[row])
+    np.testing.assert_array_equal(segment.shaft[segment.read], speed[row[segment.read]])
+    assert np.isin(empty, row[~segment.read]).all() == bool(late)
+    assert segment.read.sum() == len(time) // 4 - (2 if late else 0)
 
 
 @pytest.mark.parametrize("jitter", [0, 1])
