@@ -60,10 +60,10 @@ def seen_pulses_per_rev(segments: Iterable[Segment]) -> float | None:
 def _new_readings(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
     """(m,) time since the reading before [s] and size [rad/s], of new readings while the shaft turns."""
     assert segment.speed_rad_s is not None
-    size = np.abs(segment.speed_rad_s)
+    size, time_s = np.abs(segment.speed_rad_s[segment.read]), segment.time_s[segment.read]
     new = np.flatnonzero(np.diff(size, prepend=size[:1]) != 0)
     turns = (size[new][1:] > 0) & (size[new][:-1] > 0)
-    return np.diff(segment.time_s[new])[turns], size[new][1:][turns]
+    return np.diff(time_s[new])[turns], size[new][1:][turns]
 
 
 def _scatter(column: np.ndarray) -> float:

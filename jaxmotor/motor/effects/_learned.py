@@ -86,6 +86,12 @@ class AbstractLearnedEffect(AbstractEffect):
         about = parameters(self)
         return tuple(getattr(self, name) for name in about if about[name]["kind"] == "term")
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """`coefficients` as plain numbers, also of a motor whose parameters are numpy's."""
+        about = parameters(self)
+        return {name: float(getattr(self, name)) for name in about if about[name]["kind"] == "term"}
+
     @abc.abstractmethod
     def adds(self, at: Scalar) -> Scalar:
         """What it adds, in its unit, at places [rad/s, V, rad, s] of its coordinate: to the commanded voltage, or to
@@ -127,7 +133,8 @@ class AbstractLearnedVoltage(AbstractLearnedEffect):
 
     def possible(self, rig: Rig) -> bool:
         """No effect takes more volts than there are."""
-        return all(abs(float(one)) < rig.supply_V for one in self.series)
+        numbers = self.numbers
+        return all(abs(numbers[f"c{term}_V"]) < rig.supply_V for term in range(1, TERMS + 1))
 
 
 class AbstractBentEffect(AbstractLearnedEffect):
@@ -316,8 +323,8 @@ class ReadingOverAngle(AbstractSensorEffect, AbstractAngleSensorEffect, Abstract
 
     def possible(self, rig: Rig) -> bool:
         """As an encoder off its centre, it misreads speeds by a quarter at most."""
-        waves = zip(self.coefficients[::2], self.coefficients[1::2], strict=True)
-        misread = [n * math.hypot(float(a), float(b)) for n, (a, b) in enumerate(waves, start=1)]
+        each = list(self.numbers.values())
+        misread = [n * math.hypot(*wave) for n, wave in enumerate(zip(each[::2], each[1::2], strict=True), start=1)]
         return super().possible(rig) and max(misread) < MOST_MISREAD
 
     def error(self, angle: Scalar) -> Scalar:
