@@ -61,6 +61,9 @@ def import_command(
         Literal["after", "before"],
         typer.Option(help="A row's input is applied from it on (after), or was until it (before)."),
     ] = "after",
+    input_holds: Annotated[
+        bool, typer.Option("--input-holds", help="An empty input: the last one acts until the next.")
+    ] = False,
     columns: Annotated[
         str | None, typer.Option(metavar="NAME,NAME,...", help="Of a log without column names, all of them.")
     ] = None,
@@ -102,6 +105,7 @@ def import_command(
         "speed_period_s": speed_period,
         "drive": drive,
         "input_acts": input_acts if input_acts != "after" else None,
+        "input_holds": input_holds or None,
     }
     given = {key: value for key, value in options.items() if value is not None}
     if steady is None and period is not None:

@@ -33,6 +33,8 @@ MAX_LABELS = 10_000
 """Segments that a column of labels may begin."""
 FINEST_DUTY = 9
 """Decimals to which fractions of the supply are kept as whole duties."""
+HOLDS = "; where an input acts until the next one, state --input-holds"
+"""What else may be where no row has both."""
 UNKNOWN_V = 1.0
 """Stands for a supply that is not known, so that volts are shares of it."""
 
@@ -60,6 +62,7 @@ def import_log(
     wheel_radius_m: float | int | None = None,
     drive: Drive | None = None,
     input_acts: Acts = "after",
+    input_holds: bool = False,
     columns: str | None = None,
     drop_first: int = 0,
     decimal_comma: bool = False,
@@ -79,11 +82,13 @@ def import_log(
     it does after more than `gap_s` [s] between two rows: what was applied meanwhile is not known. A segment is taken to
     start at rest only where the log shows it: at least its first two rows have zero input, and throughout these rows
     the shaft does not move. `input_acts` says whether a row's input is applied from that row on, or was until it: then
-    it is moved to the row before, and of the last row the input is not known and taken to stay. A row whose input is
-    missing (empty or `nan`) is a gap: a skipped tick where time stamps are even, else the next row begins a new
-    segment. So is one whose count is missing; without an angle or a speed a row is kept for its input
-    (`Segment.unread`). So is one that only repeats a speed while the shaft moves on; the header then says how often a
-    new one comes. Where few rows have a new count or angle, these have the mean input until the next (`_repeats`).
+    it is moved to the row before, and of the last row the input is not known and taken to stay. Where `input_holds` the
+    last input acts until the next one is given, in a log that has inputs and readings at moments of their own.
+    Otherwise a row whose input is missing (empty or `nan`) is a gap: a skipped tick where time stamps are even, else
+    the next row begins a new segment. So is one whose count is missing; without an angle or a speed a row is kept for
+    its input (`Segment.unread`). So is one that only repeats a speed while the shaft moves on; the header then says how
+    often a new one comes. Where few rows have a new count or angle, these have the mean input until the next
+    (`_repeats`).
 
     `speed_window_s` says over how long each speed is a mean; `speed_pulses_per_rev` that each is from the time between
     the last two pulses of a sensor, so many per turn of the output shaft; `speed_period_s` that each is what was
@@ -129,10 +134,11 @@ def import_log(
         measured = None if supply is None else _supply(table, supply, names)
         nominal_V = nominal(stated_input, measured, supply_V, supply_unknown)
         log, bounds = _read_log(
-            table, bounds, stamps, stated_input, shaft, scale, nominal_V, measured, input_acts == "before"
+            table, bounds, stamps, stated_input, shaft, scale, nominal_V, measured, input_acts == "before", input_holds
         )
     missing = len(table) - len(log.stamps[0])
     imported = _how(Path(table.source), input_acts, stated, period_s, gap_s, fixed_s)
+    imported |= {"input_holds": True} if input_holds else {}
     imported |= table.left_out | ({"missing_rows": missing} if missing else {})
     recording = assemble(
         log,
@@ -272,22 +278,26 @@ def _read_log(
     supply_V: float | None,
     measured: np.ndarray | None,
     acted_before: bool,
+    holds: bool,
 ) -> tuple[Log, np.ndarray]:
     """The log without the rows whose input is missing, and without those at the ends of what is left whose shaft is;
     and where its segments begin and end."""
     no_input, no_shaft = table.missing(stated.column), table.missing(shaft.column(list(table.cells)))
     row = _rows_before(bounds) if acted_before else np.arange(len(table))
+    row = _held(row, ~no_input, bounds, acted_before) if holds else row
     known, read = ~no_input[row], ~no_shaft
     whole = known & read
     if not whole.any():
-        raise RecordingError("no row has both an input and a shaft; log both at the same moments")
+        hint = "" if holds or no_input.all() or no_shaft.all() else HOLDS
+        raise RecordingError(f"no row has both an input and a shaft; log both at the same moments{hint}")
     if not whole.all() and len(set(np.searchsorted(bounds, np.flatnonzero(whole), side="right"))) < len(bounds) - 1:
         raise RecordingError("a segment has no row with both an input and a shaft; leave it out of the log")
     given = input_of(table.only(~no_input), stated, supply_V, measured is not None)
     [(name, values)] = shaft.read(table.only(read), list(table.cells), scale).items()
     kept = between(known, read, np.isin(np.arange(len(table)), bounds))
     # A turn over several rows is not counted from row to row; and what a row without pulses counted is lost.
-    kept = whole if name == "count" and (shaft.pulses or not are_far_apart(read[kept])) else kept
+    is_lost = shaft.pulses or not (holds or are_far_apart(read[kept]))
+    kept = whole if name == "count" and is_lost else kept
     column = np.zeros(len(table), values.dtype)
     column[read] = values
     log = Log(
@@ -297,6 +307,7 @@ def _read_log(
         None if measured is None else measured[kept],
         None if kept.all() else np.concatenate([[False], np.diff(np.flatnonzero(kept)) > 1]),
         None if read[kept].all() else no_shaft[kept],
+        holds,
     )
     return log, np.concatenate([[0], np.cumsum(kept)])[bounds]
 
@@ -308,6 +319,17 @@ def _spread(
     volts, duty, full = given
     place = (np.cumsum(known) - 1)[row][kept]
     return volts[place], None if duty is None else duty[place], full
+
+
+def _held(row: np.ndarray, given: np.ndarray, bounds: np.ndarray, acted_before: bool) -> np.ndarray:
+    """(n,) of each row the one whose input acts there, where that is `given` in some alone: the last up to `row`, or,
+    where inputs are those that acted until their row, the next from it on. `row` itself where its segment has none."""
+    rows, number = np.flatnonzero(given), len(given)
+    place = np.searchsorted(rows, row, "left") if acted_before else np.searchsorted(rows, row, "right") - 1
+    of = np.concatenate([rows, [number]])[place]
+    segment = np.repeat(np.arange(len(bounds) - 1), np.diff(bounds))
+    same = (of < number) & (segment[np.minimum(of, number - 1)] == segment)
+    return np.where(same, of, row)
 
 
 def _rows_before(bounds: np.ndarray) -> np.ndarray:

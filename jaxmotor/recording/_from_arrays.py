@@ -40,6 +40,7 @@ def from_arrays(
     speed_pulses_per_rev: float | int | None = None,
     drive: Drive | None = None,
     input_acts: Acts = "after",
+    input_holds: bool = False,
     kind: str | Sequence[str] = "other",
     at_rest: bool | Sequence[bool] | None = None,
     parameters: dict[str, Any] | Sequence[dict[str, Any]] | None = None,
@@ -91,6 +92,7 @@ def from_arrays(
             speed_pulses_per_rev=speed_pulses_per_rev,
             drive=drive,
             input_acts=input_acts,
+            input_holds=input_holds,
         )
     header = {key: value for key, value in recording.header.items() if key != "imported"}
     segments = [dataclasses.replace(one, **about[int(one.parameters["label"])]) for one in recording.segments]

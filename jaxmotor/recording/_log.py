@@ -92,7 +92,7 @@ def assemble(
 
 def _without_repeats(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repeats | None]:
     """As `without_repeats`; where turns would be read over several rows these are one."""
-    if log.unread is not None and "speed_rad_s" not in log.shaft and are_far_apart(log.read):
+    if log.unread is not None and "speed_rad_s" not in log.shaft and (log.apart or are_far_apart(log.read)):
         return without_unread(log, bounds)
     return without_repeats(log, bounds)
 

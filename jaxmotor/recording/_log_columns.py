@@ -21,6 +21,8 @@ class Log:
     """(n,) whether rows are missing before this one."""
     unread: np.ndarray | None = None
     """(n,) the rows at which the shaft was not read; None where it was in all."""
+    apart: bool = False
+    """Inputs and readings came at moments of their own."""
 
     @property
     def read(self) -> np.ndarray:
@@ -47,4 +49,5 @@ class Log:
             None if self.supply_V is None else self.supply_V[kept],
             after_gap,
             None if self.unread is None or not self.unread[kept].any() else self.unread[kept],
+            self.apart,
         )
