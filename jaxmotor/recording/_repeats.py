@@ -19,6 +19,8 @@ STEPS = 2.0
 """Of the readings' grid, that a reading must change by to tell motion from rounding."""
 FEWEST = 20
 """Changes of that size that show how long readings stay."""
+FEW = 5
+"""Times as many even rows are kept: uneven ones take 1.3 to 3 times as long each (`benchmarks/simulation_speed.py`)."""
 REGULAR = 0.8
 """Share of these that must come after the usual time, to half of it: pulses of a sensor come when they come."""
 
@@ -70,7 +72,7 @@ def without_unread(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repea
 
 def _with_rows_between(log: Log, kept: np.ndarray, bounds: np.ndarray) -> tuple[Log, np.ndarray]:
     """`log`, which was read in the rows `kept` alone, and its `bounds`: every so many rows of it as lose no reading and
-    no change of the input."""
+    no change of the input; or only the rows of these, where they are few."""
     columns = [column for column in (*log.input[:2], log.supply_V) if column is not None]
     needed = np.zeros(len(columns[0]), bool)
     needed[kept] = True
@@ -80,7 +82,9 @@ def _with_rows_between(log: Log, kept: np.ndarray, bounds: np.ndarray) -> tuple[
     place = np.arange(len(needed)) - np.repeat(bounds[:-1], np.diff(bounds))
     stride = max(int(np.gcd.reduce(place[needed])), 1)
     last = kept[np.searchsorted(kept, bounds[1:]) - 1]
-    rows = np.flatnonzero((place % stride == 0) & (np.arange(len(needed)) <= np.repeat(last, np.diff(bounds))))
+    within = np.arange(len(needed)) <= np.repeat(last, np.diff(bounds))
+    rows, few = np.flatnonzero((place % stride == 0) & within), np.flatnonzero(needed & within)
+    rows = few if FEW * len(few) < len(rows) else rows
     volts, duty, full = log.input
     inputs = volts[rows], None if duty is None else duty[rows], full
     after_gap = None if log.after_gap is None else log.after_gap[rows]

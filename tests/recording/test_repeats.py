@@ -85,6 +85,28 @@ def test_inputs_that_change_while_a_speed_stays_act_when_they_did(seed, every, w
         assert fit.average.length_s == pytest.approx(window * PERIOD_S, rel=0.02)
 
 
+def test_of_many_rows_that_say_nothing_new_those_are_kept_that_do():
+    """A log of 1 kHz, a speed every 20 ms, and a voltage that changes every 40 to 400 rows."""
+    gain, pole, rows, rng = 3.0, 12.7, 20_000, np.random.default_rng(8)
+    changes = np.cumsum(rng.integers(40, 400, 200))
+    volts = rng.choice([-6.0, -2.0, 3.0, 6.0], 201)[np.searchsorted(changes, np.arange(rows), side="right")]
+    speed, keep = np.zeros(rows), np.exp(-pole * 1e-3)
+    for k in range(rows - 1):
+        speed[k + 1] = gain * volts[k] + (speed[k] - gain * volts[k]) * keep
+    held = repeated(np.round(speed + 0.05 * rng.standard_normal(rows), 2), np.full(rows, 20))
+    log = from_arrays(time_s=1e-3 * np.arange(rows), volts=volts, speed_rad_s=held)
+    [segment] = log.segments
+    row = np.rint(segment.time_s / 1e-3).astype(int)
+    assert segment.read.sum() == 1000 and len(segment) < 1000 + 200
+    np.testing.assert_array_equal(row[segment.read], 20 * np.arange(1000))
+    # In each row of the log acts what the row kept before it has.
+    np.testing.assert_array_equal(volts[: row[-1]], segment.volts[:-1].repeat(np.diff(row)))
+    fit = identify(log)
+    assert float(fit.motor.gain) == pytest.approx(gain, abs=4 * float(fit.standard_error.gain))
+    assert float(fit.motor.pole) == pytest.approx(pole, abs=4 * float(fit.standard_error.pole))
+    assert float(fit.standard_error.gain) < 0.002 * gain and float(fit.standard_error.pole) < 0.005 * pole
+
+
 @pytest.mark.parametrize("counts_per_rev", [20, 500])
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_slow_shaft_repeats_its_count_and_every_row_stays(seed, counts_per_rev):
