@@ -214,6 +214,7 @@ def _summary(recording, output: Path) -> str:
     every_s = recording.header.get("readings_every_s")
     if every_s is not None:
         kept = "rows that repeat one have none" if recording.measured == "speed" else "only these rows are kept"
+        kept = "each is the mean speed since the last" if recording.speed_window_rows == 0 else kept
         without += f"; a new reading came about every {1e3 * every_s:.3g} ms, {kept}"
     for warn in (warn_unread, warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches, warn_beyond_supply):
         without += "".join(f"; {sentence}" for sentence in warn(recording))

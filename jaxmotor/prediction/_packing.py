@@ -219,7 +219,8 @@ def _fill(batch: Batch, cells: tuple[int, slice], recording: Recording, piece: P
         read = read & fresh
         batch.span[cells] = window / observation.window_s
     elif recording.speed_window_rows is not None and batch.span.ndim:
-        window = rows_span(time, recording.speed_window_rows, observation.window_s)
+        number = recording.speed_window_rows
+        window = rows_span(time, number, observation.window_s) if number else _since_reading(segment)[rows]
         batch.span[cells] = window / observation.window_s
     begin = np.maximum(time - window, time[0])
     row = np.clip(np.searchsorted(time, begin + 1e-9 * observation.window_s, side="right") - 1, 0, None)
@@ -236,7 +237,17 @@ def _turns_read(segment: Segment) -> np.ndarray:
 
 
 def _has_equal_windows(recording: Recording) -> bool:
-    return recording.period_s is not None and recording.speed_pulses_per_rev is None
+    uneven = recording.period_s is None or recording.speed_window_rows == 0
+    return not uneven and recording.speed_pulses_per_rev is None
+
+
+def _since_reading(segment: Segment) -> np.ndarray:
+    """(n,) time from the last row before each that was read, or from the first of `segment`, to it [s]; of the first
+    row a positive one."""
+    time, place = segment.time_s, np.maximum.accumulate(np.where(segment.read, np.arange(len(segment)), 0))
+    since = time - time[np.concatenate([[0], place[:-1]])]
+    since[0] = time[1] - time[0]
+    return since
 
 
 def rows_span(time: np.ndarray, number: int, usual_s: float) -> np.ndarray:
@@ -348,7 +359,7 @@ def _observation(recording: Recording) -> Observation:
         return Observation("turn", recording.count_rad, 1 / 6, rounding(recording))
     window, period = recording.speed_window_s or 0.0, recording.period_s
     # The mean over the previous tick is what a count difference is: neighbours share a rounding error.
-    over_tick = period is not None and abs(window - period) < 1e-6 * period and recording.speed_pulses_per_rev is None
+    over_tick = period is not None and abs(window - period) < 1e-6 * period and _has_equal_windows(recording)
     if recording.measured == "angle" or over_tick:
         return Observation("turn", 1.0, 1 / 6, unknown(recording), window if over_tick else 0.0)
     return Observation("window" if window else "speed", 1.0, 1 / 12, unknown(recording), window)

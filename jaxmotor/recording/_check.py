@@ -234,9 +234,12 @@ def warn_repeats(recording: Recording) -> list[str]:
     every = recording.header.get("readings_every_s")
     if not isinstance(every, int | float) or not is_number(every):
         return []
-    others = "only these are kept, each with the mean voltage until the next"
+    others = "only these are kept, each with the mean input until the next"
     if recording.measured == "speed":
-        others = "rows that repeat one have none, but for their input"
+        means = recording.speed_window_rows == 0
+        others = (
+            "each is the mean speed since the last" if means else "rows that repeat one have none, but for their input"
+        )
     return [
         f"a new reading came about every {1e3 * every:.3g} ms, in fewer rows than the input: {others}; let the sensor "
         "give readings as often as they are logged"

@@ -86,9 +86,9 @@ def import_log(
     last input acts until the next one is given, in a log that has inputs and readings at moments of their own.
     Otherwise a row whose input is missing (empty or `nan`) is a gap: a skipped tick where time stamps are even, else
     the next row begins a new segment. So is one whose count is missing; without an angle or a speed a row is kept for
-    its input (`Segment.unread`). So is one that only repeats a speed while the shaft moves on; the header then says how
-    often a new one comes. Where few rows have a new count or angle, these have the mean input until the next
-    (`_repeats`).
+    its input (`Segment.unread`). So is one that only repeats a reading while the shaft moves on; the header then says
+    how often a new one comes. Where few rows have a new count or angle, and the input changes between these, they
+    become speeds, means since the one before (`_repeats`).
 
     `speed_window_s` says over how long each speed is a mean; `speed_pulses_per_rev` that each is from the time between
     the last two pulses of a sensor, so many per turn of the output shaft; `speed_period_s` that each is what was

@@ -131,8 +131,8 @@ def _check_window_rows(header: Header) -> None:
     rows = header.values.get("speed_window_rows")
     if rows is None:
         return
-    if type(rows) is not int or not 1 <= rows <= MOST_WINDOW_ROWS:
-        sentence = f"speed_window_rows is a whole number of rows from 1 to {MOST_WINDOW_ROWS}"
+    if type(rows) is not int or not 0 <= rows <= MOST_WINDOW_ROWS:
+        sentence = f"speed_window_rows is a whole number of rows up to {MOST_WINDOW_ROWS}"
         raise header.fault("speed_window_rows", sentence)
     if not header.values.get("speed_window_s"):
         sentence = "speed_window_rows needs speed_window_s, how long so many rows usually take"

@@ -35,7 +35,10 @@ def assemble(
     are those of `Recording`."""
     repeats = None
     if not keep_repeats:
-        log, bounds, repeats = _without_repeats(log, bounds)
+        turns = "speed_rad_s" not in log.shaft
+        log, bounds, repeats = _without_repeats(log, bounds, fields.get("counts_per_rev"))
+        if turns and repeats is not None and "speed_rad_s" in log.shaft:
+            fields |= {"speed_window_s": float(f"{repeats.time_s:.6g}"), "speed_window_rows": 0}
     if repeats is not None:
         header = {**header, "readings_every_s": float(f"{repeats.time_s:.6g}")}
     time_s, resolution_s = log.stamps
@@ -69,7 +72,8 @@ def assemble(
             Segment(
                 kind=kinds[index],
                 start_s=starts[index],
-                at_rest=_begins(log, cut) and _rests(time_s[cut], volts[cut], shaft[cut], is_speed, finest),
+                at_rest=_begins(log, cut)
+                and _rests(time_s[cut], volts[cut], shaft[cut], log.read[cut], is_speed, finest),
                 parameters=parameters[index],
                 time_s=times.times_s[index] if tick is None else tick * times.period_s,
                 volts=volts[cut],
@@ -90,11 +94,13 @@ def assemble(
     )
 
 
-def _without_repeats(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repeats | None]:
-    """As `without_repeats`; where turns would be read over several rows these are one."""
+def _without_repeats(
+    log: Log, bounds: np.ndarray, counts_per_rev: float | None
+) -> tuple[Log, np.ndarray, Repeats | None]:
+    """As `without_repeats`, also where few rows say what was turned."""
     if log.unread is not None and "speed_rad_s" not in log.shaft and (log.apart or are_far_apart(log.read)):
-        return without_unread(log, bounds)
-    return without_repeats(log, bounds)
+        return without_unread(log, bounds, counts_per_rev)
+    return without_repeats(log, bounds, counts_per_rev)
 
 
 def _starts(times_s: list[np.ndarray]) -> list[float]:
@@ -119,15 +125,18 @@ def _finest(shaft: np.ndarray, is_speed: bool) -> float:
     return float(seen[seen > 0].min()) if (seen > 0).any() else 0.0
 
 
-def _rests(time_s: np.ndarray, volts: np.ndarray, shaft: np.ndarray, is_speed: bool, finest: float) -> bool:
-    """The shaft does not move while the first rows, two or more, have zero input; or, where it is driven before, in the
-    first `STILL` rows, in which a turning that the log does not show (`finest`) would be `SLOW`."""
+def _rests(
+    time_s: np.ndarray, volts: np.ndarray, shaft: np.ndarray, read: np.ndarray, is_speed: bool, finest: float
+) -> bool:
+    """By what was `read`, the shaft does not move while the first rows, two or more, have zero input; or, where it is
+    driven before, in the first `STILL` rows, in which a turning that the log does not show (`finest`) would be `SLOW`.
+    """
     driven = np.flatnonzero(volts)
     rows = int(driven[0]) if len(driven) else len(volts)
-    moves = np.flatnonzero(shaft != (0.0 if is_speed else shaft[0]))
+    moves = np.flatnonzero(read & (shaft != (0.0 if is_speed else shaft[0])))
     still = int(moves[0]) if len(moves) else len(volts)
-    if rows >= 2 or still < STILL or not len(moves):
-        return 2 <= rows <= still
+    if rows >= 2 or np.count_nonzero(read[:still]) < STILL or not len(moves):
+        return 2 <= rows <= still and bool(read[:rows].any())
     speeds = np.abs(shaft if is_speed else np.diff(shaft) / np.maximum(np.diff(time_s), TINY_s))
     unseen = finest if is_speed else finest / max(time_s[still - 1] - time_s[0], TINY_s)
     return bool(unseen <= SLOW * np.quantile(speeds, USUAL))

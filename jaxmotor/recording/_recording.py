@@ -108,7 +108,8 @@ class Recording(Shown):
     """Each speed is the mean over this long before its row [s]; 0 is instantaneous; None where not known."""
     speed_window_rows: int | None = None
     """Each speed is the mean from so many rows before its own row to it, in however long: `speed_window_s` is then how
-    long that takes where rows are even. None: the mean is over a fixed time."""
+    long that takes where rows are even. 0: from the row before it that has a speed, or the first of its segment;
+    `speed_window_s` is then how long that usually is. None: the mean is over a fixed time."""
     speed_pulses_per_rev: float | None = None
     """Each speed is from the time between the last two pulses of a sensor, so many in a turn of the shaft [1/rev];
     `speed_window_s` is then over how long speeds usually are. None: they are not."""

@@ -2,10 +2,10 @@
 
 A motor controller that sends its speed every 20 ms to a program that logs every 5 ms, or a board that counts for 50 ms
 and prints every 10: most rows say again what is known. A shaft that moves by more than the readings' step from one new
-reading to the next does not stand still between them, so such rows are no measurement. Of speeds they are rows without
-a reading, which keep their input. Counts and angles are turns from one reading to the next: there they are left out,
-and the row of a reading has the mean voltage until the next one. So it is with counts and angles whose cells are mostly
-empty.
+reading to the next does not stand still between them, so such rows are no measurement: they are rows without a
+reading, which keep their input. Counts and angles say what was turned since the reading before: where the input changed
+meanwhile they become mean speeds over that time, and where it did not the rows of readings alone are kept. So it is
+with counts and angles whose cells are mostly empty.
 """
 
 import dataclasses
@@ -32,12 +32,11 @@ class Repeats(NamedTuple):
     time_s: float
 
 
-def without_repeats(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repeats | None]:
-    """`log` with the rows of new readings, the `bounds` (segments + 1,) of its segments there, and what was seen; of
-    speeds with the rows between, too.
-
-    As it is, where readings are not repeated, or where a supply was measured while duties changed.
-    """
+def without_repeats(
+    log: Log, bounds: np.ndarray, counts_per_rev: float | None
+) -> tuple[Log, np.ndarray, Repeats | None]:
+    """`log` with rows without a reading for those that repeat one, the `bounds` (segments + 1,) of its segments there,
+    and what was seen. As it is, where readings are not repeated."""
     read = np.flatnonzero(log.read)
     seen, ends = (log, bounds) if log.unread is None else (log.only(log.read), np.searchsorted(read, bounds))
     [(measured, shaft)] = seen.shaft.items()
@@ -51,33 +50,76 @@ def without_repeats(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repe
     if repeats is None:
         return log, bounds, None
     kept = _kept(np.flatnonzero(begins), len(shaft), repeats.rows)
-    if is_speed:
-        # When a reading came that was first seen after a row without one is not known.
-        late = (np.diff(read, prepend=-1) > 1) & ~np.isin(read, bounds)
-        return *_with_rows_between(log, read[kept[~late[kept]]], bounds), repeats
-    shorter = _with_means(seen, kept, ends)
-    return (log, bounds, None) if shorter is None else (*shorter, repeats)
+    if not is_speed:
+        return *_of_turns(seen, kept, ends, counts_per_rev), repeats
+    # When a reading came that was first seen after a row without one is not known.
+    late = (np.diff(read, prepend=-1) > 1) & ~np.isin(read, bounds)
+    kept = read[kept[~late[kept]]]
+    return *_with_rows_between(_read_at(log, kept), kept, bounds), repeats
 
 
-def without_unread(log: Log, bounds: np.ndarray) -> tuple[Log, np.ndarray, Repeats | None]:
-    """As `without_repeats`, with the rows at which the shaft was read; they are gaps where that cannot be."""
+def without_unread(
+    log: Log, bounds: np.ndarray, counts_per_rev: float | None
+) -> tuple[Log, np.ndarray, Repeats | None]:
+    """As `without_repeats`, of counts and angles that were read in few rows."""
     kept = np.flatnonzero(log.read)
-    shorter = _with_means(log, kept, bounds)
-    if shorter is None:
-        return log.only(log.read), np.searchsorted(kept, bounds), None
     within = ~np.isin(kept[1:], bounds)
+    if not within.any():
+        return log.only(log.read), np.searchsorted(kept, bounds), None
     usual_s = float(np.median(np.diff(log.stamps[0][kept])[within]))
-    return *shorter, Repeats(int(np.median(np.diff(kept)[within])), usual_s)
+    return *_of_turns(log, kept, bounds, counts_per_rev), Repeats(int(np.median(np.diff(kept)[within])), usual_s)
+
+
+def _of_turns(log: Log, kept: np.ndarray, bounds: np.ndarray, counts_per_rev: float | None) -> tuple[Log, np.ndarray]:
+    """`log`, whose counts or angles came in the rows `kept`: these alone where the input stayed from each to the next,
+    else mean speeds since the row before of these. Where that cannot be, they have the mean voltage until the next."""
+    [(measured, shaft)] = log.shaft.items()
+    run = np.searchsorted(bounds, np.arange(len(shaft)), side="right")
+    run = run + np.cumsum(log.after_gap) if log.after_gap is not None else run
+    follows = np.diff(run[kept]) == 0
+    alone = bool(np.diff(np.flatnonzero(np.concatenate([[True], ~follows, [True]]))).min() < 2)
+    changes = _changes_between(log, kept[:-1][follows], kept)
+    if not changes or alone or (measured == "count" and counts_per_rev is None):
+        volts, duty, full = log.input
+        mean = _means(volts, log.stamps[0], kept, bounds) if changes else volts[kept]
+        inputs = (mean, None, None) if changes or duty is None else (mean, duty[kept], full)
+        after_gap = None if log.after_gap is None else log.after_gap[kept]
+        return log.at(kept, inputs, after_gap), np.searchsorted(kept, bounds)
+    rad = 2 * np.pi / counts_per_rev if measured == "count" and counts_per_rev is not None else 1.0
+    speeds = np.zeros(len(shaft))
+    speeds[kept[1:]] = rad * np.diff(shaft[kept]) / np.diff(log.stamps[0][kept])
+    log = _read_at(dataclasses.replace(log, shaft={"speed_rad_s": speeds}), kept[1:][follows])
+    return _with_rows_between(log, kept, bounds)
+
+
+def _changes_between(log: Log, begins: np.ndarray, kept: np.ndarray) -> bool:
+    """The input changes after one of the rows `begins` and before the next of the rows `kept`."""
+    until = kept[np.searchsorted(kept, begins) + 1]
+    for column in _inputs(log):
+        changes = np.concatenate([[0], np.cumsum(column[1:] != column[:-1])])
+        if (changes[until - 1] > changes[begins]).any():
+            return True
+    return False
+
+
+def _inputs(log: Log) -> list[np.ndarray]:
+    """(n,) volts, duties and supply, as far as they are there."""
+    return [column for column in (*log.input[:2], log.supply_V) if column is not None]
+
+
+def _read_at(log: Log, rows: np.ndarray) -> Log:
+    """`log`, which was read in these rows alone."""
+    unread = np.ones(len(log.stamps[0]), bool)
+    unread[rows] = False
+    return dataclasses.replace(log, unread=unread)
 
 
 def _with_rows_between(log: Log, kept: np.ndarray, bounds: np.ndarray) -> tuple[Log, np.ndarray]:
-    """`log`, which was read in the rows `kept` alone, and its `bounds`: every so many rows of it as lose no reading and
-    no change of the input; or only the rows of these, where they are few."""
-    columns = [column for column in (*log.input[:2], log.supply_V) if column is not None]
-    needed = np.zeros(len(columns[0]), bool)
+    """`log`, of which readings are at or begin at the rows `kept`, and its `bounds`: every so many rows of it as lose
+    none of these and no change of the input; or only the rows of these, where they are few."""
+    needed = np.zeros(len(log.stamps[0]), bool)
     needed[kept] = True
-    unread = ~needed
-    for column in columns:
+    for column in _inputs(log):
         needed[1:] |= column[1:] != column[:-1]
     place = np.arange(len(needed)) - np.repeat(bounds[:-1], np.diff(bounds))
     stride = max(int(np.gcd.reduce(place[needed])), 1)
@@ -88,20 +130,7 @@ def _with_rows_between(log: Log, kept: np.ndarray, bounds: np.ndarray) -> tuple[
     volts, duty, full = log.input
     inputs = volts[rows], None if duty is None else duty[rows], full
     after_gap = None if log.after_gap is None else log.after_gap[rows]
-    return dataclasses.replace(log, unread=unread).at(rows, inputs, after_gap), np.searchsorted(rows, bounds)
-
-
-def _with_means(log: Log, kept: np.ndarray, bounds: np.ndarray) -> tuple[Log, np.ndarray] | None:
-    """The rows `kept` of `log`, each with the mean voltage until the next, and the `bounds` of its segments there; None
-    where a supply was measured while duties changed."""
-    volts, duty, full = log.input
-    if duty is not None and (np.minimum.reduceat(duty, kept) != np.maximum.reduceat(duty, kept)).any():
-        if log.supply_V is not None:
-            return None
-        duty = full = None
-    inputs = _means(volts, log.stamps[0], kept, bounds), None if duty is None else duty[kept], full
-    after_gap = None if log.after_gap is None else log.after_gap[kept]
-    return log.at(kept, inputs, after_gap), np.searchsorted(kept, bounds)
+    return log.at(rows, inputs, after_gap), np.searchsorted(rows, bounds)
 
 
 def _repeats(time_s: np.ndarray, shaft: np.ndarray, begins: np.ndarray, bounds: np.ndarray) -> Repeats | None:

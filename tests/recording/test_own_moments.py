@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from jaxmotor import identify
-from jaxmotor.recording import RecordingError, from_arrays, import_log, read, write
+from jaxmotor import diagnose, identify
+from jaxmotor.recording import RecordingError, check, from_arrays, import_log, read, write
 
 GAIN, POLE = 3.0, 12.7
 CELLS = "t,u,y,part\n0,,1,a\n1,5,,a\n2,,2,a\n3,,3,a\n4,6,4,a\n5,,5,a\n6,,6,b\n7,7,,b\n8,,8,b\n9,,9,b\n10,8,,b\n"
@@ -88,9 +88,15 @@ def test_speeds_between_commands_are_as_exact_as_beside_them(seed, tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["angle", "count"])
-def test_turns_between_commands_have_the_mean_voltage(kind, tmp_path):
+def test_turns_between_commands_are_mean_speeds(kind, tmp_path):
     recording = joined(4, kind, tmp_path)
     [segment] = recording.segments
-    assert len(segment) == 660 and recording.period_s == 0.03
-    found = identify(recording).motor
-    assert (float(found.gain), float(found.pole)) == pytest.approx((GAIN, POLE), rel=0.04)
+    assert recording.measured == "speed" and segment.read.sum() == 659 and recording.speed_window_rows == 0
+    assert "each is the mean speed since the last" in " ".join(check(recording))
+    write(recording, tmp_path / "written.csv")
+    found = diagnose(read(tmp_path / "written.csv"))
+    assert found.verdict == "complete" and found.fit.chi2_per_sample < 1.2
+    motor, error = found.motor.linear, found.standard_error
+    assert float(motor.gain) == pytest.approx(GAIN, abs=4 * error["gain_rad_s_V"])
+    assert float(motor.pole) == pytest.approx(POLE, abs=4 * error["pole_rad_s"])
+    assert error["gain_rad_s_V"] < 0.001 * GAIN and error["pole_rad_s"] < 0.002 * POLE

@@ -39,17 +39,20 @@ def test_only_new_readings_are_kept(name, jitter, tmp_path):
     log = from_arrays(time_s=time, volts=volts, **{name: repeated(true, every)})
     [segment] = log.segments
     assert segment.read.sum() == pytest.approx(len(time) / 4, rel=0.03)
-    assert log.header["readings_every_s"] == pytest.approx(0.02)
+    assert log.header["readings_every_s"] == pytest.approx(0.02) and log.period_s is not None
     row = np.rint(segment.time_s / PERIOD_S).astype(int)
-    np.testing.assert_allclose(segment.shaft[segment.read], true[row[segment.read]])
-    # Where a speed was not new its row keeps its input; each fourth one is enough where nothing changes between.
-    keeps_rows = bool(jitter) and name == "speed_rad_s"
-    assert len(segment) == pytest.approx(len(time) if keeps_rows else len(time) / 4, rel=0.03)
-    assert not keeps_rows or np.array_equal(segment.volts, volts[row])
-    assert segment.volts[:-1] @ np.diff(segment.time_s) == pytest.approx(
-        volts[: len(time) - 4].sum() * PERIOD_S, rel=0.1
-    )
-    assert (log.period_s is None) == bool(jitter and name == "angle_rad")
+    # Each fourth row is enough where nothing changes between; else each keeps its input.
+    assert len(segment) == pytest.approx(len(time) if jitter else len(time) / 4, rel=0.03)
+    np.testing.assert_array_equal(segment.volts, volts[row])
+    new, read_rows = np.cumsum(every), row[segment.read]
+    if jitter and name == "angle_rad":
+        # What was turned since the reading before is a mean speed: of the first one nobody knows it.
+        assert log.speed_window_rows == 0 and log.speed_window_s == pytest.approx(0.02)
+        np.testing.assert_array_equal(read_rows, new[new < len(time)])
+        turned, took_s = np.diff(true[[0, *read_rows]]), PERIOD_S * np.diff([0, *read_rows])
+        np.testing.assert_allclose(segment.speed_rad_s[segment.read], turned / took_s, atol=1e-9)
+    else:
+        np.testing.assert_allclose(segment.shaft[segment.read], true[read_rows])
     write(log, tmp_path / "log.csv")
     [note] = [note for note in check(read(tmp_path / "log.csv")) if "a new reading came" in note]
     assert "20 ms" in note
@@ -132,7 +135,7 @@ def test_speeds_from_pulses_say_themselves_which_are_new():
     assert sum(map(len, log.segments)) == len(time)
 
 
-def test_duties_that_change_while_a_reading_stays_become_volts(tmp_path):
+def test_duties_that_change_while_an_angle_stays_are_kept(tmp_path):
     time, volts, angle, _ = motion(6)
     duty = np.rint(volts * 20 + 3 * np.sin(9 * time)).astype(int)
     path = tmp_path / "log.csv"
@@ -140,5 +143,19 @@ def test_duties_that_change_while_a_reading_stays_become_volts(tmp_path):
     path.write_text("t,duty,angle\n" + "".join(f"{a:.4f},{b},{c:.5f}\n" for a, b, c in rows))
     log = import_log(path, time="t:s", input="duty:duty:255", angle="angle:rad", supply_V=12.75)
     [segment] = log.segments
-    assert segment.duty is None and log.duty_full_scale is None and len(segment) == len(time) // 4
-    np.testing.assert_allclose(segment.volts, duty.reshape(-1, 4).mean(axis=1) / 20)
+    assert segment.duty is not None and log.duty_full_scale == 255
+    np.testing.assert_array_equal(segment.duty, duty[: len(segment)])
+    assert segment.read.tolist() == [k % 4 == 0 and k > 0 for k in range(len(time) - 3)]
+    speeds = np.diff(np.round(angle[::4], 5)) / (4 * PERIOD_S)
+    np.testing.assert_allclose(segment.speed_rad_s[segment.read], speeds, atol=1e-9)
+
+
+def test_where_a_segment_has_one_angle_alone_the_others_have_the_mean_voltage():
+    time, volts, angle, _ = motion(7)
+    volts = np.roll(volts, 2)
+    held = repeated(angle, np.full(len(time), 4))
+    pieces = [[column[:-2], column[-2:]] for column in (time, volts, held)]
+    log = from_arrays(**dict(zip(("time_s", "volts", "angle_rad"), pieces, strict=True)))
+    first, last = log.segments
+    assert first.angle_rad is not None and len(first) == 750 and len(last) == 1
+    np.testing.assert_allclose(first.volts[:-1], volts[: 4 * 749].reshape(-1, 4).mean(axis=1))

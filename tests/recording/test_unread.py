@@ -1,7 +1,6 @@
 """Rows whose input is known and whose shaft was not read."""
 
 import dataclasses
-import itertools
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from recordings import same
 from test_repeats import GAIN, PERIOD_S, POLE, motion
 
 from jaxmotor import diagnose, identify
+from jaxmotor.prediction import pack
 from jaxmotor.recording import Recording, RecordingError, Segment, check, from_arrays, import_log, read, write
 from jaxmotor.recording._unread import between
 from jaxmotor.validation._open_loop import has_pieces
@@ -102,7 +102,7 @@ def test_where_readings_are_repeated_a_row_without_one_is_one_more(late):
 
 @pytest.mark.parametrize("jitter", [0, 1])
 @pytest.mark.parametrize("name", ["counts", "angle_rad"])
-def test_turns_over_many_rows_have_the_mean_voltage(name, jitter):
+def test_turns_over_many_rows_are_mean_speeds_where_the_input_changed(name, jitter):
     time, volts, angle, _ = motion(4)
     every = 4 + np.random.default_rng(5).integers(-jitter, jitter + 1, len(time))
     new = np.cumsum(every)
@@ -112,12 +112,38 @@ def test_turns_over_many_rows_have_the_mean_voltage(name, jitter):
     stated = {"counts_per_rev": 9000} if name == "counts" else {}
     recording = from_arrays(time_s=time, volts=volts, **{name: cells}, **stated)
     [segment] = recording.segments
-    assert len(segment) == len(new) and (recording.period_s is None) == bool(jitter)
-    means = [volts[begin:end].mean() for begin, end in itertools.pairwise(new)]
-    np.testing.assert_allclose(segment.volts[:-1], means, atol=1e-9)
-    assert recording.header["readings_every_s"] == pytest.approx(4 * PERIOD_S)
-    found = identify(recording).motor
-    assert (float(found.gain), float(found.pole)) == pytest.approx((GAIN, POLE), rel=0.01)
+    assert recording.period_s is not None and recording.header["readings_every_s"] == pytest.approx(4 * PERIOD_S)
+    if jitter:
+        np.testing.assert_array_equal(segment.volts, volts[new[0] : new[-1] + 1])
+        np.testing.assert_array_equal(np.flatnonzero(segment.read), new[1:] - new[0])
+        unit = 2 * np.pi / 9000 if name == "counts" else 1.0
+        speeds = unit * np.diff(cells[new]) / (PERIOD_S * np.diff(new))
+        np.testing.assert_allclose(segment.speed_rad_s[segment.read], speeds, atol=1e-9)
+        assert recording.speed_window_rows == 0
+    else:
+        assert recording.measured == ("count" if name == "counts" else "angle")
+        np.testing.assert_array_equal(segment.volts, volts[new])
+    fit = identify(recording)
+    assert (float(fit.motor.gain), float(fit.motor.pole)) == pytest.approx((GAIN, POLE), rel=0.002)
+    assert fit.chi2_per_sample < 1.5
+
+
+@pytest.mark.parametrize("driven_at", [13, 15])
+def test_a_mean_speed_may_begin_while_the_motor_stands_still(driven_at):
+    """An angle in each fourth row; the rest before the first voltage is left out but for a row of it."""
+    time, volts, angle, _ = motion(6)
+    rest = np.zeros(driven_at)
+    volts, angle = np.concatenate([rest, volts])[: len(time)], np.concatenate([rest, angle])
+    cells = np.where(np.arange(len(time)) % 4 == 0, angle[: len(time)], np.nan)
+    recording = from_arrays(time_s=time, volts=volts, angle_rad=cells)
+    [segment] = recording.segments
+    assert segment.at_rest and recording.speed_window_rows == 0
+    packed = pack(recording, (0,))
+    row = int(np.argmax(packed.row_of[0] == 16))
+    assert packed.batch.valid[0, row] and packed.row_of[0, 0] == driven_at - 1
+    np.testing.assert_allclose(packed.batch.span[0, row], 1.0)
+    fit = identify(recording)
+    assert (float(fit.motor.gain), float(fit.motor.pole)) == pytest.approx((GAIN, POLE), rel=0.001)
 
 
 @pytest.mark.parametrize(("every", "scored"), [(1, True), (3, False)])
