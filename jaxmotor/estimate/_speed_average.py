@@ -97,7 +97,7 @@ def average_seen(recording: Recording, segments: tuple[int, ...]) -> SpeedAverag
     whatever the motor; None where nothing shows. Numpy only."""
     smoothed = smoothing(recording, segments)
     if smoothed is not None:
-        return _smoothed(recording, segments, smoothed)
+        return _smoothed(recording, smoothed)
     window = row_window(recording, segments)
     return None if window is None else _over_rows(window)
 
@@ -110,10 +110,10 @@ def _over_rows(window: RowWindow) -> SpeedAverage:
     )
 
 
-def _smoothed(recording: Recording, segments: tuple[int, ...], smoothed: Smoothing) -> SpeedAverage:
+def _smoothed(recording: Recording, smoothed: Smoothing) -> SpeedAverage:
     """Of smoothed speeds, whose weight is as good as exact."""
-    lengths = np.concatenate([np.diff(recording.segments[index].time_s) for index in segments])
-    length = recording.period_s or float(np.median(lengths))
+    length = unsmoothed(recording, smoothed.weight).speed_window_s
+    assert length is not None
     late = length * (0.5 + (1 - smoothed.weight) / smoothed.weight)
     return SpeedAverage("window", length, 0.0, late, 0.0, True, 0.0, 0.0, rows=1, weight=smoothed.weight)
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording, Segment, are_far_apart
 
 ENOUGH_ROWS, COARSE_ROWS = 3000, 1000
 """The first of a log, which decide; and of these, those whose speeds change least, for which all q are tried."""
@@ -41,6 +41,8 @@ CLEAR = 0.3
 """R² of whole multiples."""
 ROUNDED, AGAIN = 0.15, 5
 """The least of that, half of what rounding alone brings; and fits of the half of the rows that are nearest."""
+EVEN = 1e-6
+"""Relative difference of times between readings up to which they are equal."""
 APART, TIMES = 0.5, 2.0
 """Of log odds of b: those of others, and how many times less their R² must be."""
 
@@ -90,7 +92,7 @@ def smoothing(recording: Recording, segments: tuple[int, ...]) -> Smoothing | No
 
 
 def unsmoothed(recording: Recording, weight: float) -> Recording:
-    """`recording`, each speed of which is the mean over the row before it.
+    """`recording`, each speed of which is the mean over the row before it, or since the reading before it.
 
     Before a segment that begins at rest the shaft stood still. The first speed of others is left as it is: its window
     reaches back to before the segment, so that it does not count.
@@ -98,15 +100,21 @@ def unsmoothed(recording: Recording, weight: float) -> Recording:
     segments, lengths = [], []
     for segment in recording.segments:
         assert segment.speed_rad_s is not None
-        speed = segment.speed_rad_s
-        before = np.concatenate([[0.0 if segment.at_rest else speed[0]], speed[:-1]])
-        read = segment.read & np.append(True, segment.read[:-1])
-        speed = (speed - (1 - weight) * before) / weight
+        (rows, follows), speed = _readings(segment), segment.speed_rad_s.copy()
+        own = speed[rows]
+        speed[rows] = (own - (1 - weight) * np.append(0.0 if segment.at_rest else own[0], own[:-1])) / weight
+        read = np.zeros(len(speed), bool)
+        read[rows[np.append(True, follows)]] = True
         segments.append(dataclasses.replace(segment, speed_rad_s=speed, unread=None if read.all() else ~read))
-        lengths.append(np.diff(segment.time_s))
-    stated = {"speed_window_s": recording.period_s or float(np.median(np.concatenate(lengths)))}
-    rows = {"speed_window_rows": 1} if recording.period_s is None else {}
-    return dataclasses.replace(recording, segments=tuple(segments), **stated, **rows)
+        lengths.append(np.diff(segment.time_s[rows]))
+    apart = any(are_far_apart(segment.read) for segment in recording.segments)
+    usual_s = float(np.median(np.concatenate(lengths)))
+    if apart:
+        stated = {"speed_window_s": usual_s, "speed_window_rows": 0}
+    else:
+        stated = {"speed_window_s": recording.period_s or usual_s}
+        stated |= {"speed_window_rows": 1} if recording.period_s is None else {}
+    return dataclasses.replace(recording, segments=tuple(segments), **stated)
 
 
 def _steps(recording: Recording, segments: tuple[int, ...]) -> list[_Steps]:
@@ -120,20 +128,29 @@ def _steps(recording: Recording, segments: tuple[int, ...]) -> list[_Steps]:
     if changed.sum() < FEWEST_ROWS:
         return []
     columns = np.stack([*drive, np.ones_like(now), np.sign(now)], axis=1)
-    uneven = [] if recording.period_s is not None else [length / np.median(length)]
+    uneven = [] if np.ptp(length) < EVEN * np.median(length) else [length / np.median(length)]
     return [_Steps(now, before, scale, columns, printed).of(changed) for scale in (np.ones_like(now), *uneven)]
 
 
 def _rows_of(segment: Segment) -> tuple[np.ndarray, ...]:
-    """(n,) speed, that of the row before, time since then; the voltages from this row on, and from those before it."""
+    """(n,) speed, that of the reading before, and the time since then; the voltages from this row on, and from the two
+    before it."""
     assert segment.speed_rad_s is not None
-    length = np.diff(segment.time_s)
-    follows = np.ones(len(length), bool) if segment.tick is None else np.diff(segment.tick) == 1
-    volts = segment.volts
-    earlier = np.concatenate([volts[:1], volts[:-2]])[: len(length)]
-    follows = follows & segment.read[1:] & segment.read[:-1]
-    columns = (segment.speed_rad_s[1:], segment.speed_rad_s[:-1], length, volts[1:], volts[:-1], earlier)
-    return tuple(column[follows] for column in columns)
+    rows, follows = _readings(segment)
+    now, before = rows[1:][follows], rows[:-1][follows]
+    volts = [segment.volts[np.maximum(now - back, 0)] for back in range(3)]
+    return segment.speed_rad_s[now], segment.speed_rad_s[before], segment.time_s[now] - segment.time_s[before], *volts
+
+
+def _readings(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
+    """(m,) rows with a reading, and (m - 1,) whether each comes as usual after the one before it: in the next row, or,
+    where few rows have one, after about the usual time."""
+    rows = np.flatnonzero(segment.read)
+    if are_far_apart(segment.read):
+        length = np.diff(segment.time_s[rows])
+        return rows, np.abs(length - np.median(length)) < 0.5 * np.median(length)
+    follows = np.diff(rows) == 1
+    return rows, follows if segment.tick is None else follows & (np.diff(segment.tick[rows]) == 1)
 
 
 def _found(steps: _Steps) -> tuple[float, Smoothing] | None:

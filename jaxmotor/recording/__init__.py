@@ -48,6 +48,7 @@ from jaxmotor.recording._steady import is_steady as is_steady
 from jaxmotor.recording._supply import logs_supply as logs_supply
 from jaxmotor.recording._supply import supplied as supplied
 from jaxmotor.recording._sysid import import_sysid as import_sysid
+from jaxmotor.recording._unread import are_far_apart as are_far_apart
 from jaxmotor.recording._write import columns_of as columns_of
 from jaxmotor.recording._write import to_text as to_text
 from jaxmotor.recording._write import values_of as values_of

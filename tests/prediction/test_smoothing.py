@@ -129,3 +129,26 @@ def test_the_motor_is_that_of_the_counts(tmp_path: Path) -> None:
     assert again.open_loop is not None
     assert again.open_loop.pooled.fit_percent > 95
     assert any("exponential smoothing" in note for note in again.notes)
+
+
+@pytest.mark.parametrize("jitter", [0, 1])
+def test_speeds_that_are_smoothed_from_reading_to_reading_and_repeated_meanwhile(jitter: int) -> None:
+    """Counts over about four rows, and voltages that change in any row."""
+    rows, period_s, weight = 6000, 0.005, 0.4
+    rng = np.random.default_rng(8)
+    volts, counted = driven(rng, np.full(rows, period_s))
+    every = 4 + rng.integers(-jitter, jitter + 1, rows)
+    at = np.concatenate([[0], np.cumsum(every)])
+    at = at[at < rows]
+    angle = np.cumsum(counted)
+    took_s = np.diff(at) * period_s
+    speeds = smooth(np.concatenate([[0.0], np.diff(angle[at]) / COUNTS / took_s * 60]), weight)
+    held = np.round(speeds, 2)[np.searchsorted(at, np.arange(rows), side="right") - 1]
+    recording = from_arrays(time_s=period_s * np.arange(rows), volts=volts, speed_rad_s=held * (2 * np.pi / 60))
+    found = smoothing(recording, (0,))
+    assert found is not None and abs(found.weight - weight) < 1e-3
+    again = unsmoothed(recording, found.weight)
+    assert again.speed_window_rows == 0 and again.speed_window_s == pytest.approx(0.02)
+    fit = identify(recording)
+    assert float(fit.motor.gain) == pytest.approx(GAIN, rel=0.002)
+    assert float(fit.motor.pole) == pytest.approx(POLE, rel=0.005)
