@@ -80,7 +80,10 @@ class Program:
 
 
 def program(function: Callable[..., Arrays], *, brief: bool = False) -> Program:
-    """One that is `brief` runs for milliseconds and seldom: what the compiler could gain takes longer than it saves."""
+    """`function` as a `Program`.
+
+    One that is `brief` runs for milliseconds and seldom: what the compiler could gain takes longer than it saves.
+    """
     return Program(function, brief)
 
 

@@ -51,8 +51,8 @@ def from_arrays(
     `volts`, or `duty` of `duty_full_scale` with `supply_V` [V] (a number, or measured in each row; or
     `supply_unknown`); and one of `counts` (with `counts_per_rev`), `angle_rad` and `speed_rad_s`, all at the output
     shaft. Even times become ticks, rows whose input or count is NaN are gaps, those without an angle or a speed are
-    kept for their input (`import_log`), and whether the motor was `at_rest` at first is taken from the rows where it is
-    not stated.
+    kept for their input (`import_log`). Where `input_holds`, a row whose input is NaN has the last one. Whether the
+    motor was `at_rest` at first is taken from the rows where it is not stated.
     `kind`, `at_rest` and `parameters` (such as `frequency_Hz`) are those of all segments, or of each.
 
     **Raises:** `RecordingError`, as `import_log`; rows in messages are counted from 1 over all segments.

@@ -13,8 +13,9 @@ from jaxmotor.recording._recording import KINDS, RecordingError
 from jaxmotor.recording._text import fault
 
 FORMAT, SPARSE_SUPPLY = 3, 2
-"""The newest, which adds `nan` in `angle_rad` and `speed_rad_s`, where the shaft was not read; and the one that adds it
-in `supply_mV`. A file is written in the first format that can hold it."""
+"""The newest, which adds `nan` in `angle_rad` and `speed_rad_s`, where the shaft was not read, and 0 as
+`speed_window_rows`; and the one that adds `nan` in `supply_mV`. A file is written in the first format that can hold it.
+"""
 MAX_SEGMENTS = 10_000
 """Segments of a file at most."""
 MAX_HEADER = 4_000_000

@@ -43,18 +43,21 @@ def without_repeats(
     is_speed = measured == "speed_rad_s"
     begins = np.zeros(len(shaft), bool)
     begins[ends[:-1]] = True
-    after_gap = seen.after_gap if not is_speed or log.after_gap is None else log.after_gap[read]
-    begins |= after_gap is not None and after_gap
     begins |= np.diff(shaft, prepend=shaft[:1]) != 0
+    if is_speed and log.after_gap is not None:
+        begins |= log.after_gap[read]
+    elif not is_speed and seen.after_gap is not None:
+        begins |= seen.after_gap
     repeats = _repeats(seen.stamps[0], shaft, np.flatnonzero(begins), ends)
     if repeats is None:
         return log, bounds, None
-    kept = _kept(np.flatnonzero(begins), len(shaft), repeats.rows)
     if not is_speed:
-        return *_of_turns(seen, kept, ends, counts_per_rev), repeats
+        return *_of_turns(seen, _kept(np.flatnonzero(begins), len(shaft), repeats.rows), ends, counts_per_rev), repeats
+    rows = read[begins]
     # When a reading came that was first seen after a row without one is not known.
-    late = (np.diff(read, prepend=-1) > 1) & ~np.isin(read, bounds)
-    kept = read[kept[~late[kept]]]
+    late = rows[~log.read[rows - 1] & ~np.isin(rows, bounds)]
+    kept = _kept(rows, len(log.read), repeats.rows)
+    kept = kept[log.read[kept] & ~np.isin(kept, late)]
     return *_with_rows_between(_read_at(log, kept), kept, bounds), repeats
 
 

@@ -90,7 +90,8 @@ def _as_read(segment: Segment, column: np.ndarray | None) -> np.ndarray | None:
 
 def _version(recording: Recording) -> int:
     """The first format that can hold `recording`."""
-    if any(segment.unread is not None and segment.unread.any() for segment in recording.segments):
+    unread = any(segment.unread is not None and segment.unread.any() for segment in recording.segments)
+    if unread or recording.speed_window_rows == 0:
         return FORMAT
     supplies = [segment.supply_V for segment in recording.segments if segment.supply_V is not None]
     return SPARSE_SUPPLY if any(np.isnan(supply).any() for supply in supplies) else 1

@@ -1,5 +1,7 @@
 """Logs whose commands and readings come at moments of their own."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -94,9 +96,18 @@ def test_turns_between_commands_are_mean_speeds(kind, tmp_path):
     assert recording.measured == "speed" and segment.read.sum() == 659 and recording.speed_window_rows == 0
     assert "each is the mean speed since the last" in " ".join(check(recording))
     write(recording, tmp_path / "written.csv")
+    assert (tmp_path / "written.csv").read_text().startswith("# jaxmotor recording 3\n")
     found = diagnose(read(tmp_path / "written.csv"))
     assert found.verdict == "complete" and found.fit.chi2_per_sample < 1.2
     motor, error = found.motor.linear, found.standard_error
     assert float(motor.gain) == pytest.approx(GAIN, abs=4 * error["gain_rad_s_V"])
     assert float(motor.pole) == pytest.approx(POLE, abs=4 * error["pole_rad_s"])
     assert error["gain_rad_s_V"] < 0.001 * GAIN and error["pole_rad_s"] < 0.002 * POLE
+
+
+def test_means_since_the_reading_before_need_the_format_that_has_them(tmp_path):
+    time = 0.01 * np.arange(40)
+    recording = from_arrays(time_s=time, volts=np.ones(40), speed_rad_s=np.sqrt(time), speed_window_s=0.01)
+    write(dataclasses.replace(recording, speed_window_rows=0), tmp_path / "written.csv")
+    assert (tmp_path / "written.csv").read_text().startswith("# jaxmotor recording 3\n")
+    assert read(tmp_path / "written.csv").speed_window_rows == 0

@@ -100,6 +100,18 @@ def test_where_readings_are_repeated_a_row_without_one_is_one_more(late):
     assert segment.read.sum() == len(time) // 4 - (2 if late else 0)
 
 
+def test_equal_readings_beside_a_row_without_one_come_when_they_do():
+    """Rounded speeds stay for several readings, in whose midst cells are empty."""
+    time, volts, _, speed = motion(5)
+    volts = np.roll(volts, 1)
+    held = np.round(speed[np.arange(len(speed)) // 4 * 4])
+    empty = np.flatnonzero((np.arange(len(held)) % 4 == 1) & (np.random.default_rng(1).random(len(held)) < 0.2))
+    held[empty] = np.nan
+    [segment] = from_arrays(time_s=time, volts=volts, speed_rad_s=held).segments
+    row = np.rint(segment.time_s / PERIOD_S).astype(int)
+    assert (row[segment.read] % 4 == 0).all() and segment.read.sum() > 0.9 * len(time) / 4
+
+
 @pytest.mark.parametrize("jitter", [0, 1])
 @pytest.mark.parametrize("name", ["counts", "angle_rad"])
 def test_turns_over_many_rows_are_mean_speeds_where_the_input_changed(name, jitter):
