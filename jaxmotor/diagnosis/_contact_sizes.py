@@ -3,8 +3,9 @@
 Which row a contact falls into hangs on the last digits of a size, and the cost with it: it has many minima, and the
 deepest may be one whose sizes are a fifth off. Its mean over sizes that differ by some per cent is smooth, with the
 minimum near the truth. That is sought by the cross-entropy method [Rubinstein 1999]: sizes are drawn from a normal
-distribution of their logarithms, the other parameters go with them as the linearisation says, and the best of each
-generation are the distribution of the next.
+distribution of their logarithms, the other parameters go with them as a linearisation says that is renewed on the way
+(that of a motor whose sizes are a fifth off draws them half as far), and the best of each generation are the
+distribution of the next.
 """
 
 import dataclasses
@@ -21,10 +22,10 @@ GENERATIONS, AVERAGED = 12, 6
 """Of draws; and the last of them, whose means are averaged."""
 DRAWS, BEST = 32, 8
 """Motors of a generation, and those of them that the next one is drawn from."""
-SPREAD, KEPT = 0.15, 0.7
+SPREAD, KEPT = 0.15, 0.85
 """Relative spread of the sizes at first; and the part of their covariance that each generation keeps."""
 PLACED = 3
-"""Generations after which loads are placed in their gaps anew."""
+"""Generations after which loads are placed in their gaps anew, and the motor is linearised there."""
 DAMPING = 1e-9
 """Of the balanced normal equations of the other parameters."""
 
@@ -44,11 +45,15 @@ def smoothed(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
         means.append(at)
         if generation % PLACED == PLACED - 1:
             speeds = solver.placed(motor_at(fitted.template, at), speeds, fitted.steps)
+            sizes = _Sizes.of(solver.linearised(fitted, np.mean(means[-PLACED:], axis=0), speeds))
     near = dataclasses.replace(fitted, speeds=speeds)
     found = solver.fit(motor_at(fitted.template, np.mean(means[-AVERAGED:], axis=0)), near, tolerance)
     steps = rng.multivariate_normal(np.zeros(sizes.number), covariance, DRAWS)
-    before, after = (_costs(solver, one, sizes, one.free, steps, one.speeds)[0].mean() for one in (fitted, found))
-    return found if after < before else fitted
+
+    def near_to(one: Fitted) -> float:
+        return float(_costs(solver, one, _Sizes.of(one), one.free, steps, one.speeds)[0].mean())
+
+    return found if near_to(found) < near_to(fitted) else fitted
 
 
 class _Sizes(NamedTuple):

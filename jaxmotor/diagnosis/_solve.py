@@ -348,6 +348,12 @@ class Solver:
 
         return speeds if len(speeds) == len(self.starts) else fit_initial_places(residuals, speeds, self.piece)
 
+    def linearised(self, fitted: Fitted, free: np.ndarray, speeds: np.ndarray) -> Fitted:
+        """`fitted` at other free numbers (p,), where pieces begin at `speeds`."""
+        steps = self.most if fitted.steps is None else fitted.steps
+        at = self._at(fitted.template, free, speeds, steps)
+        return dataclasses.replace(fitted, free=free, speeds=speeds, residual=at.residual, jacobian=at.jacobian)
+
     def _begins(self, near: Fitted | None) -> np.ndarray:
         """Those of `near`, if that is of as many pieces."""
         pieces = len(self.starts)
