@@ -207,7 +207,8 @@ def _summary(recording, output: Path) -> str:
     number = f"{len(segments)} segment{'s' if len(segments) > 1 else ''}"
     imported = recording.header.get("imported", {})
     above, missing = imported.get("lines_above", 0), imported.get("missing_rows", 0)
-    without = f"; {above} line{'s' if above > 1 else ''} above the column names left out" if above else ""
+    below = "rows" if "columns" in imported else "column names"
+    without = f"; {above} line{'s' if above > 1 else ''} above the {below} left out" if above else ""
     without += "; the last line is cut, and left out" if "cut_lines" in imported else ""
     are = "are gaps" if missing > 1 else "is a gap"
     without += f"; {missing} row{'s' if missing > 1 else ''} without input or shaft {are}" if missing else ""

@@ -23,7 +23,7 @@ COMMENTS = ("#", "%", "=~=~")
 MISSING = ("", "nan", "-nan", "na")
 """Cells that say that nothing was measured, in small letters."""
 MOST_ABOVE = 200
-"""Lines that a board may print above the column names."""
+"""Lines that a board may print above the column names, or where there are none, above the rows."""
 LARGEST = 1e17
 """Greater numbers are damage."""
 NOTHING = "a line of column names and then rows are needed; the log has none"
@@ -47,7 +47,7 @@ class Table:
     place: Literal["line", "row"] = "line"
     """What `lines` count."""
     lines_above: int = 0
-    """Lines of something else above the column names."""
+    """Lines of something else above the column names, or where there are none, above the rows."""
     is_cut: bool = False
     """The last line ended before its last field, and is left out."""
 
@@ -193,9 +193,10 @@ def read_table(
 
     What a board prints as it starts may stand above the line that names all `stated` columns (`COL` or `COL:UNIT`). The
     names may stand in the last comment line above the rows, or before each number (`pwm:200,rpm:35`). Where there
-    are none, `columns` gives them, separated by commas. The first `drop` rows are left out unread. With `decimal_comma`
-    numbers are like 3,14. Times of day that a serial monitor put before its lines are left out, and so is a last line
-    that is cut.
+    are none, `columns` gives them, separated by commas; lines above the first one of so many numbers are then left out.
+    The first `drop` rows are left out unread. With `decimal_comma` numbers are like 3,14. Times of day that a serial
+    monitor put before its lines are left out, and so are a last line that is cut and what separates the last number of
+    each row from nothing.
 
     **Raises:** `RecordingError`.
     """
@@ -211,24 +212,26 @@ def read_table(
             raise fault(source, top + 1, "names stand before its numbers already; leave --columns out")
         top, drop, columns = min(top + drop, len(lines)), 0, ",".join(labels)
         lines[top:] = without_labels(lines[top:], labels, source, top + 1)
-    if columns is not None:
-        top, drop = min(top + drop, len(lines)), 0
     # Where numbers have commas, one separates only quotes, and nothing else does.
     by_comma = not decimal_comma or (
         '"' in lines[-1] and not any(mark in lines[-1] for mark in DELIMITERS.keys() - ",")
     )
     marks = [mark for mark in DELIMITERS if mark != "," or by_comma]
-    above = 0
+    above = rows_begin = 0
     if columns is None and not _names_all(lines[top - 1] if top else "", marks, stated):
         above, rows_begin = _lines_above_names(lines[top : top + MOST_ABOVE], marks, stated)
-        top += rows_begin
+    elif columns is not None and labels is None:
+        above = rows_begin = _lines_above_rows(lines[top:], drop, marks, columns.count(",") + 1)
+    top += rows_begin
+    if columns is not None:
+        top, drop = min(top + drop, len(lines)), 0
     find = _above_names if columns is None else _stated_names
     names, first, delimiter = find(lines, top, marks, columns or "", source)
     check_names(names, source, first, "put names above them, or state --columns")
     first += drop
     if first >= len(lines):
         raise RecordingError(f"{source}: {NOTHING}")
-    rows = _split(lines[first:], delimiter, source, first + 1)
+    rows = _without_empty_end(_split(lines[first:], delimiter, source, first + 1), len(names))
     _check_widths(rows, lines[first:], len(names), source, first + 1)
     cells = {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True) if name}
     table = Table(source, range(first + 1, len(lines) + 1), cells, lines_above=above, is_cut=is_cut)
@@ -254,6 +257,21 @@ def _lines_above_names(lines: list[str], marks: list[str], stated: Collection[st
     return 0, 0
 
 
+def _lines_above_rows(lines: list[str], drop: int, marks: list[str], width: int) -> int:
+    """How many of `lines` stand above the first row of `width` numbers; 0 if there is none, or if one of them has
+    `width` fields or numbers alone, too: it may name the columns, or be a damaged row. So it is if the row after the
+    first `drop` lines is such a row: then these are stale ones."""
+    mark = next((mark for mark in marks if mark in lines[-1]), " ") if lines else " "
+
+    def is_whole(line: str) -> bool:
+        return _fields(line, mark) == width and _is_row(line)
+
+    if any(map(is_whole, lines[drop : drop + 1])):
+        return 0
+    above = next((above for above, line in enumerate(lines[:MOST_ABOVE]) if is_whole(line)), 0)
+    return 0 if any(_fields(line, mark) == width or _is_row(line) for line in lines[:above]) else above
+
+
 def _names_all(line: str, marks: list[str], stated: Collection[str]) -> bool:
     """`line`, or the comment that it is, names all `stated` columns, and there are some."""
     rows = [[cell.strip().strip('"') for cell in line.lstrip("".join(COMMENTS)).split(mark)] for mark in marks]
@@ -273,7 +291,7 @@ def _above_names(lines: list[str], top: int, marks: list[str], columns: str, sou
     above = lines[top - 1].lstrip("".join(COMMENTS)).strip() if top else ""
     if above and _is_row(lines[top]):
         delimiter = _delimiter(lines[top], lines[top], marks, source, top + 1)
-        width = _width(lines[top], delimiter)
+        width = _fields(lines[top], delimiter)
         for mark in (delimiter, *DELIMITERS):
             names = [name.strip() for name in _split([above], mark, source, top)[0]]
             if len(names) == width:
@@ -296,7 +314,7 @@ def _stated_names(
     last = len(lines) - (len(lines) - top > 1 and not any(mark in lines[-1] for mark in DELIMITERS))
     delimiter = _delimiter(lines[last - 1], lines[last - 1], marks, source, last)
     names, width = [name.strip() for name in columns.split(",")], _width(lines[last - 1], delimiter)
-    if len(names) != width:
+    if len(names) not in (width, _fields(lines[last - 1], delimiter)):
         raise fault(source, last, f"{width} fields, and --columns names {len(names)}; name each of them")
     return names, top, delimiter
 
@@ -331,6 +349,19 @@ def _delimiter(header: str, row: str, marks: list[str], source: str, line: int) 
 
 def _width(line: str, delimiter: str) -> int:
     return len(line.split()) if delimiter == " " else len(next(csv.reader([line], delimiter=delimiter), []))
+
+
+def _fields(line: str, delimiter: str) -> int:
+    """`_width` of a `line`, without an empty last field."""
+    return _width(line, delimiter) - (delimiter != " " and line.rstrip().endswith(delimiter))
+
+
+def _without_empty_end(rows: list[list[str]], width: int) -> list[list[str]]:
+    """Rows of `width` cells, where all that have one more have nothing in it: their numbers end with what separates
+    them."""
+    if all(len(row) == width or (len(row) == width + 1 and not row[width].strip()) for row in rows):
+        return [row[:width] for row in rows]
+    return rows
 
 
 def _split(lines: list[str], delimiter: str, source: str, first: int) -> list[list[str]]:

@@ -214,6 +214,48 @@ def test_what_a_board_prints_as_it_starts_stands_above_the_names(imported, above
     assert commented.header["imported"]["lines_above"] == above.count("\n")
 
 
+UNNAMED = STATED | {"columns": "t,duty,count"}
+
+
+PREAMBLE = "+++ Header +++\n\nspeed limit (deg/s): 1080, 2000\n--- log ---\n"
+
+
+@pytest.mark.parametrize(
+    ("above", "drop", "stale"), [(PREAMBLE, 0, ""), ("a,b,c,d\n", 0, ""), (PREAMBLE, 1, "0,0,0\n")]
+)
+def test_what_a_board_prints_stands_above_rows_without_names(imported, above, drop, stale):
+    log = above + stale + rows("{t:.2f},{d},{n}\n")
+    recording = imported(log, **UNNAMED, drop_first=drop)
+    check(recording, range(8), range(8))
+    assert recording.header["imported"]["lines_above"] == above.count("\n")
+
+
+def test_a_stale_row_is_none_of_the_lines_above(imported):
+    recording = imported("7,x\n" + rows("{t:.2f},{d},{n}\n"), **UNNAMED, drop_first=1)
+    check(recording, range(8), range(8))
+    assert "lines_above" not in recording.header["imported"]
+
+
+@pytest.mark.parametrize(
+    ("above", "reason"),
+    [("t,duty,count\n", "names the columns already"), ("7,1\n", "2 fields where the columns are 3")],
+)
+def test_names_and_damaged_rows_are_no_lines_above(refused, above, reason):
+    assert "line 1: " in (said := refused(above + rows("{t:.2f},{d},{n}\n"), **UNNAMED)) and reason in said
+
+
+@pytest.mark.parametrize("names", ["", "t;duty;count\n", "# t;duty;count\n"])
+def test_rows_may_end_with_what_separates_their_numbers(imported, names):
+    recording = imported(names + rows("{t:.2f};{d};{n};\n"), **(STATED if names else UNNAMED))
+    check(recording, range(8), range(8))
+
+
+def test_a_last_column_that_is_empty_stays_one(imported, refused):
+    check(imported("t,duty,count,left\n" + rows("{t:.2f},{d},{n},\n"), **STATED), range(8), range(8))
+    log = "t,duty,count\n" + rows("{t:.2f},{d},{n},\n").replace("0.02,", "0.02,0,")
+    assert "where the columns are 3" in refused(log, **STATED)
+
+
 @pytest.mark.parametrize("end", ["0", "0.08,7", "0.08,", "t:0.08,duty:7"])
 def test_a_last_line_that_is_cut_is_left_out_and_told(imported, end):
     """A capture that was ended in the middle of a line."""
