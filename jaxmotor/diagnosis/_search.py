@@ -271,8 +271,8 @@ class Search:
             self.solver.request.effects - self.relations.barred(rest.effects)
         )
         usual = [self.relations.known[name] for name in sorted(laws) if not self.relations.is_rare(name)]
-        starts = [[one for one in law.starts(self.rig) if _size(one)] for law in usual]
-        return [[with_effect(rest, one.scaled(_size(effect) / _size(one))) for one in its] for its in starts if its]
+        starts = [[alike for one in law.starts(self.rig) for alike in _as_large(one, effect)] for law in usual]
+        return [[with_effect(rest, one) for one in its] for its in starts if its]
 
     def _best_near(self, fitted: Fitted, motors: list[Motor]) -> Fitted:
         """The best fit of those that begin at `motors`, beside `fitted`."""
@@ -551,6 +551,19 @@ def _names(motor: Motor) -> Names:
 def _size(effect: AbstractEffect) -> float:
     """Its first parameter."""
     return abs(float(getattr(effect, next(iter(parameters(effect)), ""), 0.0)))
+
+
+def _as_large(start: AbstractEffect, effect: AbstractEffect) -> list[AbstractEffect]:
+    """`start` as large as `effect`, and so large that it holds the motor at rest as firmly, if both do."""
+    sizes = [(_size(start), _size(effect))]
+    if start.holds_by and effect.holds_by:
+        sizes.append((_held_V(start), _held_V(effect)))
+    return [start.scaled(wanted / own) for own, wanted in dict.fromkeys(sizes) if own]
+
+
+def _held_V(effect: AbstractEffect) -> float:
+    """What it holds at rest [V]."""
+    return abs(float(getattr(effect, effect.holds_by)))
 
 
 def _common(base: Fitted, longer: Fitted) -> Motor:

@@ -190,8 +190,8 @@ def test_speeds_of_an_encoder_may_lack_counts():
     [
         (Stiction.of(volts_V=0.3, static_volts_V=0.2, stribeck_speed_rad_s=1.0), False),
         (Stiction.of(volts_V=0.3, static_volts_V=0.4, stribeck_speed_rad_s=1.0), True),
-        (Stiction.of(volts_V=0.1, static_volts_V=0.49, stribeck_speed_rad_s=1.0), True),
-        (Stiction.of(volts_V=0.1, static_volts_V=0.51, stribeck_speed_rad_s=1.0), False),
+        (Stiction.of(volts_V=0.1, static_volts_V=0.99, stribeck_speed_rad_s=1.0), True),
+        (Stiction.of(volts_V=0.1, static_volts_V=1.01, stribeck_speed_rad_s=1.0), False),
         (Stiction.of(volts_V=0.0, static_volts_V=0.3, stribeck_speed_rad_s=1.0), False),
         (ShaftCompliance.of(frequency_Hz=8.0, damping_ratio=6.4, inertia_ratio=0.3), False),
         (ShaftCompliance.of(frequency_Hz=0.04, damping_ratio=0.5, inertia_ratio=20.0), False),

@@ -35,9 +35,10 @@ no heat gains a r j²/c, a its coefficient of temperature (0.0039/K), r its resi
 SLOWEST_Hz, FASTEST_Hz, SPACING = 0.5, 64.0, 1.35
 """At which loads on springs are looked for, and how many times faster each is than the one before."""
 
-MOST_STATIC = 5.0
-"""Static friction over the moving one: dry and lubricated contacts have 1 to 2, rarely 3 [Armstrong-Helouvry, Dupont,
-Canudas de Wit 1994]."""
+MOST_STATIC = 10.0
+"""Static friction over the moving one. Dry and lubricated contacts have 1 to 2, rarely 3 [Armstrong-Helouvry, Dupont,
+Canudas de Wit 1994]; the teeth of a small rotor are held by its magnets, too, which as it turns averages out: the motor
+of a published log starts at 2.6 to 3.3 V and goes on at 0.54 V."""
 ARM_RAD = 1.0
 """Angle that a shaft must swing for a weight on an arm to differ from a constant load: by 12 % at the ends of it."""
 
