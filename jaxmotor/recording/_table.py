@@ -315,7 +315,7 @@ def _stated_names(
     delimiter = _delimiter(lines[last - 1], lines[last - 1], marks, source, last)
     names, width = [name.strip() for name in columns.split(",")], _width(lines[last - 1], delimiter)
     if len(names) not in (width, _fields(lines[last - 1], delimiter)):
-        raise fault(source, last, f"{width} fields, and --columns names {len(names)}; name each of them")
+        raise fault(source, last, f"{_counted(width)}, and --columns names {len(names)}; name each of them")
     return names, top, delimiter
 
 
@@ -348,7 +348,13 @@ def _delimiter(header: str, row: str, marks: list[str], source: str, line: int) 
 
 
 def _width(line: str, delimiter: str) -> int:
-    return len(line.split()) if delimiter == " " else len(next(csv.reader([line], delimiter=delimiter), []))
+    if delimiter == " ":
+        return len(line.split())
+    try:
+        return len(next(csv.reader([line], delimiter=delimiter), []))
+    except csv.Error:
+        # One of its fields is longer than any number or name.
+        return 1
 
 
 def _fields(line: str, delimiter: str) -> int:
@@ -391,14 +397,17 @@ def _with_points(table: Table) -> Table:
 def _check_widths(rows: list[list[str]], lines: list[str], width: int, source: str, first: int) -> None:
     for number, (row, line) in enumerate(zip(rows, lines, strict=True), first):
         if len(row) != width:
-            fields = f"{len(row)} fields" if len(row) != 1 else "1 field"
-            what = "a comment or blank line" if not line.strip() or line.startswith(COMMENTS) else fields
+            what = "a comment or blank line" if not line.strip() or line.startswith(COMMENTS) else _counted(len(row))
             hint = "correct or delete it"
             if len(row) > width:
                 hint = "if commas are decimal marks, export with another separator"
             elif number == first:
                 hint = "correct it, or leave it out with --drop-first"
             raise fault(source, number, f"{what} where the columns are {width}; {hint}")
+
+
+def _counted(fields: int) -> str:
+    return f"{fields} fields" if fields != 1 else "1 field"
 
 
 def _decimals(cell: str) -> int:

@@ -244,6 +244,13 @@ def test_names_and_damaged_rows_are_no_lines_above(refused, above, reason):
     assert "line 1: " in (said := refused(above + rows("{t:.2f},{d},{n}\n"), **UNNAMED)) and reason in said
 
 
+@pytest.mark.parametrize("endless", ["x" * 200_000, '"' + "y," * 100_000])
+def test_an_endless_line_is_damage(imported, refused, endless):
+    log = rows("{t:.2f},{d},{n}\n")
+    check(imported(f"{endless}\n{log}", **UNNAMED), range(8), range(8))
+    assert "line 9: " in refused(f"{log}{endless}\n", **UNNAMED)
+
+
 @pytest.mark.parametrize("names", ["", "t;duty;count\n", "# t;duty;count\n"])
 def test_rows_may_end_with_what_separates_their_numbers(imported, names):
     recording = imported(names + rows("{t:.2f};{d};{n};\n"), **(STATED if names else UNNAMED))
