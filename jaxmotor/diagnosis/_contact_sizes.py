@@ -3,9 +3,9 @@
 Which row a contact falls into hangs on the last digits of a size, and the cost with it: it has many minima, and the
 deepest may be one whose sizes are a fifth off. Its mean over sizes that differ by some per cent is smooth, with the
 minimum near the truth. That is sought by the cross-entropy method [Rubinstein 1999]: sizes are drawn from a normal
-distribution of their logarithms, the other parameters go with them as a linearisation says that is renewed on the way
-(that of a motor whose sizes are a fifth off draws them half as far), and the best of each generation are the
-distribution of the next.
+distribution of their logarithms, the other parameters go with them as a linearisation says, and the best of each
+generation are the distribution of the next. The linearisation is renewed on the way: that of a motor whose sizes are a
+fifth off draws the minimum a quarter to a half of the way to these.
 """
 
 import dataclasses
