@@ -365,7 +365,8 @@ def _fields(line: str, delimiter: str) -> int:
 def _without_empty_end(rows: list[list[str]], width: int) -> list[list[str]]:
     """Rows of `width` cells, where all that have one more have nothing in it: their numbers end with what separates
     them."""
-    if all(len(row) == width or (len(row) == width + 1 and not row[width].strip()) for row in rows):
+    longer = [row for row in rows if len(row) != width]
+    if longer and all(len(row) == width + 1 and not row[width].strip() for row in longer):
         return [row[:width] for row in rows]
     return rows
 
