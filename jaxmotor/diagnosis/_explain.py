@@ -281,17 +281,23 @@ def _carried_over(known: _Searched) -> _Searched:
 
 
 def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
-    """`known`, or where its motor predicts rows held out worse than the linear one, with that of the motors about as
-    likely which predicts them best, if that is better; and what is held out."""
+    """`known`, or that of the motors about as likely which predicts rows held out best, and what is held out: where the
+    motor of `known` predicts them worse than the linear one, if that other one does better; where no effect is likely,
+    but something unexplained, if it takes up as much there as an effect must. It is no cause then, but a better motor.
+    """
     held = hold_out(known.study, known.found)
-    if not held.is_worse:
+    if held.is_worse:
+        enough = held.before.drift
+    elif held.own and not known.found.named and not is_explained(known.study, known.found.fitted, known.found.linear):
+        enough = (1 - LEAST) * held.before.drift
+    else:
         return known, held
     visited = known.search.visited
     weight = visited.weights()
     likely = [visited.fitted[names] for names, own in weight.items() if own > EQUAL * max(weight.values())]
     drifts = side_by_side(lambda one: held.drift(one.motor, one, held.before.drift), likely)
     drift, best = min(zip(drifts, likely, strict=True), key=lambda pair: pair[0])
-    if not drift < held.before.drift:
+    if not drift < enough:
         return known, held
     known = known._replace(found=known.search.found_at(best))
     return known, hold_out(known.study, known.found)

@@ -49,6 +49,7 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
         starts = _starts(search, own, seen(own))
         _try(search, [own], starts, search.least(own, LEAST))
         search.again([own])
+        search.extend_least()
         if own is search.linear or search.explained.share_left(own, search.linear.chi2) < BESIDE:
             return
         _try(search, [search.linear], starts, own.chi2)

@@ -212,10 +212,7 @@ class Search:
         """Fit the best candidates, and all that are alike, in the place of each effect of `fitted`; and further ones
         beside it if it is the best since the last contest."""
         bases = self.without_each(fitted)
-        # What is tried beside a motor that is stuck in a local minimum tells little.
-        better = fitted.chi2 < (1 - PROMISE) * self.extended.get(frozenset(fitted.names), math.inf)
-        is_new = better and 0 < len(self._causes(fitted)) < DEPTH
-        extended = [fitted, *bases] if is_new else bases
+        extended = [fitted, *bases] if self._is_new(fitted) else bases
         # A curve leaves little to imitate, and each further effect beside one takes long.
         self._extend([base for base in extended if not _is_learned(base)], LATER, FAR * fitted.chi2)
         if fitted in self.challenged:
@@ -312,6 +309,20 @@ class Search:
         self.visited.keep(found + side_by_side(lambda task: self._fit(*task, min(bar, self._bar(task[0]))), shared))
         self.visited.keep(side_by_side(self._completed, [one for one in found if _wanted(one)]))
         self.again(bases)
+
+    def extend_least(self) -> None:
+        """Fit further effects beside the motor of laws that leaves least, if it was not extended yet: half of what is
+        there may predict blocks left out no better than nothing does, and the whole far better."""
+        laws = [one for one in self.visited.fitted.values() if not _is_learned(one)]
+        least = min(laws, key=lambda one: one.chi2)
+        if self._is_new(least):
+            self._extend([least], LATER)
+
+    def _is_new(self, fitted: Fitted) -> bool:
+        """`fitted` has room for a further effect, and none was tried beside it since it left much more: what is tried
+        beside a motor that is stuck in a local minimum tells little."""
+        better = fitted.chi2 < (1 - PROMISE) * self.extended.get(frozenset(fitted.names), math.inf)
+        return better and 0 < len(self._causes(fitted)) < DEPTH
 
     def _is_stuck(self, names: Names, base: Fitted) -> bool:
         """The fit of a model that has all of `base` and more leaves more than `base`, which is better than the motor

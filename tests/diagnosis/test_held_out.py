@@ -15,7 +15,7 @@ from jaxmotor.diagnosis._free import linear_of, with_effect
 from jaxmotor.diagnosis._held_out import hold_out
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._split import split
-from jaxmotor.diagnosis._study import study_of
+from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._weighed import found_effects
 from jaxmotor.motor.effects import LoadTorque, TransportDelay, VoltageOffset
 
@@ -37,6 +37,18 @@ def held(offset_V: float, offset_of_held_out_V: float):
     study, linear = mixed(offset_V, offset_of_held_out_V)
     fitted = study.solver.fit(with_effect(linear.motor, VoltageOffset.start()))
     return hold_out(study, Found(linear, fitted, (), {}, {}))
+
+
+def taken(study: Study, first: Fitted, weight: dict[Fitted, float]) -> Fitted:
+    """Of motors of these weights, where the search has found the `first` one."""
+    fitted = {frozenset(one.names): one for one in weight}
+    weights = {frozenset(one.names): own for one, own in weight.items()}
+    linear = fitted[frozenset()]
+    named = tuple(Named(name, (), 1.0, 1.0, frozenset(), 0.0, 1.0) for name in first.names)
+    visited = SimpleNamespace(fitted=fitted, weights=lambda: weights)
+    at = SimpleNamespace(visited=visited, found_at=lambda one: Found(linear, one, (), {}, {}))
+    known = _Searched(None, study, at, Found(linear, first, named, {}, {}), None)  # pyright: ignore[reportArgumentType]
+    return _validated(known)[0].found.fitted
 
 
 @pytest.mark.usefixtures("x64")
@@ -72,17 +84,17 @@ def test_of_motors_about_as_likely_the_one_that_predicts_held_out_rows_best_is_t
     drifts = {one: held.drift(one.motor, one) for one in (worse, offset_once, lag)}
     assert held.is_worse and drifts[lag] < held.before.drift < drifts[offset_once]
 
-    def taken(weight: dict[Fitted, float], first: Fitted = worse) -> Fitted:
-        fitted = {frozenset(one.names): one for one in weight}
-        weights = {frozenset(one.names): own for one, own in weight.items()}
-        visited = SimpleNamespace(fitted=fitted, weights=lambda: weights)
-        at = SimpleNamespace(visited=visited, found_at=lambda one: Found(linear, one, (), {}, {}))
-        known = _Searched(None, study, at, Found(linear, first, (), {}, {}), None)  # pyright: ignore[reportArgumentType]
-        return _validated(known)[0].found.fitted
+    assert taken(study, worse, {linear: 0.0, worse: 0.6, offset_once: 0.3, lag: 0.1}) is lag
+    assert taken(study, worse, {linear: 0.0, worse: 0.6, offset_once: 0.39, lag: 0.01}) is worse
+    assert taken(study, linear, {linear: 0.6, offset_once: 0.3, lag: 0.1}) is linear
 
-    assert taken({worse: 0.6, offset_once: 0.3, lag: 0.1}) is lag
-    assert taken({worse: 0.6, offset_once: 0.39, lag: 0.01}) is worse
-    assert taken({worse: 0.6, offset_once: 0.3, lag: 0.1}, linear) is linear
+
+@pytest.mark.usefixtures("x64")
+@pytest.mark.parametrize(("offset_V", "weight", "carries"), [(0.3, 0.1, True), (0.3, 0.01, False), (-0.3, 0.1, False)])
+def test_where_no_effect_is_likely_one_that_carries_over_makes_the_motor_better(offset_V, weight, carries):
+    study, linear = mixed(0.3, offset_V)
+    offset = study.solver.fit(with_effect(linear.motor, VoltageOffset.start()))
+    assert taken(study, linear, {linear: 0.9, offset: weight}) is (offset if carries else linear)
 
 
 @pytest.mark.usefixtures("x64")

@@ -102,11 +102,18 @@ def test_nothing_is_named_where_nothing_is_hidden():
     assert next(iter(found.probabilities)) == "none"
 
 
-def of_a_real_motor(name):
+def of_a_real_motor(name, **asked):
     folder = Path(os.environ.get("JAXMOTOR_DATA", Path(__file__).parents[2] / "../shared/data"))
     if not folder.is_dir():
         pytest.skip(f"no measured logs in {folder}; set JAXMOTOR_DATA to their folder")
-    return diagnose(measured(name))
+    return diagnose(measured(name), **asked)
+
+
+def test_a_measured_wheel_of_which_no_effect_is_likely_is_explained_as_well_as_by_hand():
+    found = of_a_real_motor("wheel/m1", effects=("cubic_drive", "current_limit"))
+    # With a current limit, by scipy.
+    assert found.whole.after.fit_percent > 94.7 > found.whole.before.fit_percent
+    assert found.verdict == "unexplained" and not any(one.is_named for one in found.effects)
 
 
 def test_a_measured_step_is_explained_as_well_as_by_hand():
@@ -256,3 +263,23 @@ def test_an_effect_that_is_next_to_nothing_beside_another_law_goes():
     assert rest.names == ("coulomb_friction",) and rest.chi2 < 1.02 * both.chi2
     # Of what the base has not nothing goes: such a motor is none.
     assert _without_gone(search, linear, both) is both
+
+
+@pytest.mark.usefixtures("x64")
+def test_further_effects_are_tried_once_beside_what_leaves_least():
+    """Whatever its weight: alone half of a pair may predict blocks left out no better than nothing does."""
+    recording = noisy_log(2, friction_V=0.3, delay_s=0.02)
+    study = study_of(recording, POLE)
+    linear = study.solver.fit(linear_of(GAIN, POLE))
+    search = Search(study.solver, linear_of(GAIN, POLE), linear, rig_of(recording, study.trial))
+    search.extend_least()
+    assert set(search.visited.fitted) == {frozenset()}
+    starts = (CoulombFriction.start(), TransportDelay.start())
+    alone = [study.solver.fit(with_effect(linear.motor, one)) for one in starts]
+    search.visited.keep(alone)
+    for _ in range(2):
+        search.extend_least()
+    least, both = min(alone, key=lambda one: one.chi2), frozenset(one.name for one in starts)
+    pairs = [names for names in search.visited.fitted if len(names) == 2]
+    assert both in pairs and all(least.names[0] in names for names in pairs)
+    assert search.visited.fitted[both].chi2 < 0.9 * least.chi2
