@@ -19,7 +19,7 @@ from jaxmotor.diagnosis._errors import (
     with_indistinguishable,
 )
 from jaxmotor.diagnosis._experiment import Experiment, experiment, joined
-from jaxmotor.diagnosis._explain import Explanation, depends_on_time_only, explained, is_explained
+from jaxmotor.diagnosis._explain import Explanation, depends_on_time_only, explained, is_disturbed, is_explained
 from jaxmotor.diagnosis._found import Found
 from jaxmotor.diagnosis._found_effect import FoundEffect
 from jaxmotor.diagnosis._free import of_motor
@@ -163,8 +163,7 @@ def _verdict(known: Explanation, held: HeldOut) -> Verdict:
     study, found, after = known.study, known.found, known.after
     if held.is_worse or (not found.named and any(map(depends_on_time_only, known.before.dependences))):
         return "unexplained"
-    disturbed = any(isinstance(effect, AbstractDisturbance) for effect in found.fitted.template.effects)
-    if disturbed or not is_explained(study, found.fitted, found.linear):
+    if is_disturbed(found.fitted) or not is_explained(study, found.fitted, found.linear):
         return "unexplained"
     loud = after.residual_voltage.rms_V > 1.25 * after.residual_voltage.noise_V
     if loud and after.dependences and after.dependences[0].beyond_chance and depends_on_time_only(after.dependences[0]):

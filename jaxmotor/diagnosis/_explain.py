@@ -35,7 +35,7 @@ from jaxmotor.diagnosis._window import (
 )
 from jaxmotor.estimate import Fit, SpeedAverage, stated
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import LEARNED, SpeedWindow, TimingOffset
+from jaxmotor.motor.effects import LEARNED, AbstractDisturbance, SpeedWindow, TimingOffset
 from jaxmotor.prediction import rounding_level
 from jaxmotor.recording import Recording
 
@@ -283,7 +283,8 @@ def _carried_over(known: _Searched) -> _Searched:
 def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
     """`known`, or that of the motors about as likely which predicts rows held out best, and what is held out: where the
     motor of `known` predicts them worse than the linear one, if that other one does better; where no effect is likely,
-    but something unexplained, if it takes up as much there as an effect must. It is no cause then, but a better motor.
+    but something unexplained, if it takes up as much there as an effect must. It is no cause then, but a better motor,
+    of which a disturbance is no part.
     """
     held = hold_out(known.study, known.found)
     if held.is_worse:
@@ -295,12 +296,19 @@ def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
     visited = known.search.visited
     weight = visited.weights()
     likely = [visited.fitted[names] for names, own in weight.items() if own > EQUAL * max(weight.values())]
-    drifts = side_by_side(lambda one: held.drift(one.motor, one, held.before.drift), likely)
-    drift, best = min(zip(drifts, likely, strict=True), key=lambda pair: pair[0])
-    if not drift < enough:
+    motors = [one for one in likely if held.is_worse or not is_disturbed(one)]
+    drifts = side_by_side(lambda one: held.drift(one.motor, one, held.before.drift), motors)
+    better = [(drift, one) for drift, one in zip(drifts, motors, strict=True) if drift < enough]
+    if not better:
         return known, held
+    _, best = min(better, key=lambda pair: pair[0])
     known = known._replace(found=known.search.found_at(best))
     return known, hold_out(known.study, known.found)
+
+
+def is_disturbed(fitted: Fitted) -> bool:
+    """Something outside the motor of `fitted` acts on it."""
+    return any(isinstance(effect, AbstractDisturbance) for effect in fitted.template.effects)
 
 
 def _in_own_noise(known: _Searched) -> _Searched:
