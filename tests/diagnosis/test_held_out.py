@@ -17,7 +17,7 @@ from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._split import split
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._weighed import found_effects
-from jaxmotor.motor.effects import LoadTorque, TransportDelay, VoltageOffset
+from jaxmotor.motor.effects import BUILT_IN, LoadTorque, TransportDelay, VoltageOffset
 
 GAIN, POLE = 11.0, 40.0
 RUNS = [sine(f) for f in (0.7, 1.1, 1.9, 2.3, 3.1, 4.3)] + [step(h, 300) for h in (5.1, -4.2, 3.4, -2.7, 2.0, 4.6)]
@@ -95,6 +95,16 @@ def test_where_no_effect_is_likely_one_that_carries_over_makes_the_motor_better(
     study, linear = mixed(0.3, offset_V)
     offset = study.solver.fit(with_effect(linear.motor, VoltageOffset.start()))
     assert taken(study, linear, {linear: 0.9, offset: weight}) is (offset if carries else linear)
+
+
+@pytest.mark.usefixtures("x64")
+def test_where_no_effect_is_likely_a_disturbance_is_no_part_of_the_motor():
+    study, linear = mixed(0.3, 0.3)
+    # From before the first row on it is an offset.
+    begun = with_effect(linear.motor, BUILT_IN["load_step"].start().but(moment_s=0.0))
+    disturbed = study.solver.fit(begun)
+    assert disturbed.chi2 < 0.5 * linear.chi2
+    assert taken(study, linear, {linear: 0.6, disturbed: 0.4}) is linear
 
 
 @pytest.mark.usefixtures("x64")
