@@ -23,7 +23,7 @@ from jaxmotor.estimate._estimate import Estimate, fit_whole
 from jaxmotor.estimate._hidden import student_t
 from jaxmotor.estimate._speed_average import stated_window
 from jaxmotor.estimate._uncertainty import HIDDEN
-from jaxmotor.prediction import LAG_S, Noise, Packed, as_problem, pack, without_transients
+from jaxmotor.prediction import LAG_S, NONE_ROWS, Noise, Packed, as_problem, pack, without_transients
 from jaxmotor.recording import Recording
 
 STARTS = {"window": (1.5, 4.0, 10.0, 20.0), "filter": (1.5, 4.0, 10.0)}
@@ -32,8 +32,6 @@ OF_LOG = ("filter", "window", "offset")
 """Elements of ψ after the motor's pole."""
 FIRST_OFFSET = -0.25
 """Timing offset from which it is sought [rows]."""
-NONE_ROWS = 1e-3
-"""Length of a window that is none."""
 LONGEST_AVERAGE_ROWS = 40.0
 """Length of a window or a filter that is no average but the motor."""
 ALIKE = 6.0
@@ -123,8 +121,10 @@ class _Search:
         except JaxmotorError:
             return None
         found = Candidate(of_log, estimate)
-        sizes = np.array([np.exp(found.psi[3]) / self.packed.durations[0], np.exp(found.psi[4]), abs(found.psi[5])])
-        plausible = sizes < (LONGEST_AVERAGE_ROWS, LONGEST_AVERAGE_ROWS, 1.0)
+        row_s = self.packed.durations[0]
+        sizes = np.array([np.exp(found.psi[3]) / row_s, np.exp(found.psi[4]), abs(found.psi[5])])
+        plausible = (LAG_S[0] / row_s, NONE_ROWS, 0.0) <= sizes
+        plausible &= sizes < (LONGEST_AVERAGE_ROWS, LONGEST_AVERAGE_ROWS, 1.0)
         # A filter behind a motor does not ring.
         plausible[0] &= found.psi[2] + found.psi[3] < np.log(0.25)
         return found if (plausible | held[3:]).all() else None

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.estimate._whitening import whiten
-from jaxmotor.prediction import Problem, predict
+from jaxmotor.prediction import Problem, is_no_average, predict
 
 PATIENCE = 10
 """Steps after which one that takes back the last is halved."""
@@ -157,7 +157,8 @@ class _State(NamedTuple):
 
 def solve(problem: Problem, psi: Float[Array, " p"]) -> tuple[Solution, Linearised]:
     """Least squares from `psi`: at most `MAX_STEPS` steps or until one is under a thousandth standard error; and the
-    prediction from which the last step was taken."""
+    prediction from which the last step was taken. It is left where an average of the speeds has come to none, from
+    where its logarithm would go on by one each step."""
     dtype = psi.dtype
     low, high = PROCESS_RANGE
     shape = problem.batch.volts.shape
@@ -174,7 +175,7 @@ def solve(problem: Problem, psi: Float[Array, " p"]) -> tuple[Solution, Linearis
     )
 
     def unfinished(state: _State) -> Bool[Array, ""]:
-        return (state.steps < MAX_STEPS) & ~(state.moved < 1e-3)
+        return (state.steps < MAX_STEPS) & ~(state.moved < 1e-3) & ~is_no_average(state.psi, problem)
 
     last = jax.lax.while_loop(unfinished, lambda state: _step(state, problem), state)
     residual, jacobian = last.at.residual(problem), last.at.jacobian

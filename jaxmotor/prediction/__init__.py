@@ -21,7 +21,9 @@ from jaxmotor.prediction._initial_state import without_initial_speeds as without
 from jaxmotor.prediction._initial_state import without_transients as without_transients
 from jaxmotor.prediction._linear import AS_STATED as AS_STATED
 from jaxmotor.prediction._linear import LAG_S as LAG_S
+from jaxmotor.prediction._linear import NONE_ROWS as NONE_ROWS
 from jaxmotor.prediction._linear import Reading as Reading
+from jaxmotor.prediction._linear import is_no_average as is_no_average
 from jaxmotor.prediction._linear import motor_of as motor_of
 from jaxmotor.prediction._linear import observe as observe
 from jaxmotor.prediction._linear import predict as predict

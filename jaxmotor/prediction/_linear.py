@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from jaxmotor.motor import (
     AbstractLinearMotor,
@@ -27,6 +27,9 @@ from jaxmotor.prediction._problem import Problem
 
 LAG_S = (60e-6, 40e-6)
 """Mean and spread of L/R of hobby motors, with the bridge's own delay: a timing offset looks nearly like it."""
+
+NONE_ROWS = 1e-3
+"""Length of a window that is none."""
 
 LEAST_APART = 1e-3
 """Of two poles, relative to their mean."""
@@ -58,6 +61,14 @@ def reading_of(psi: Float[Array, " p"], problem: Problem) -> Reading:
     if problem.row is None:
         return AS_STATED
     return Reading(-psi[-1] * problem.row, None if problem.held is None else jnp.exp(psi[4]) * problem.row)
+
+
+def is_no_average(psi: Float[Array, " p"], problem: Problem) -> Bool[Array, ""]:
+    """Where it is sought how speeds were averaged: the window or the filter at ψ is less than none."""
+    if problem.row is None or problem.held is None:
+        return jnp.asarray(False)
+    none = jnp.log(jnp.array([LAG_S[0], NONE_ROWS], psi.dtype))
+    return ((psi[3:5] < none) & ~problem.held[3:5]).any()
 
 
 def observe(

@@ -13,8 +13,10 @@ from speed_logs import Result, results, speed_log
 
 from jaxmotor import identify
 from jaxmotor.estimate import stated, to_json
+from jaxmotor.estimate._averaging import OF_LOG, packed_for_average
+from jaxmotor.estimate._trajectory import MAX_STEPS, solve
 from jaxmotor.motor import SecondOrder, simulate
-from jaxmotor.prediction import Reading, as_problem, observe, pack
+from jaxmotor.prediction import LAG_S, NONE_ROWS, Reading, as_problem, is_no_average, observe, pack
 from jaxmotor.recording import Recording, Segment
 
 
@@ -99,6 +101,23 @@ def test_a_window_of_one_row_and_half_of_it_too_early_are_said_to_be_the_same(se
 def test_none_is_found_where_speeds_are_instantaneous_or_the_header_states_the_window(seed):
     assert identify(log_of("instantaneous", seed).unstated).average is None
     assert identify(log_of("window", seed).recording).average is None
+
+
+@pytest.mark.parametrize("way", ["window", "filter"])
+def test_a_fit_ends_where_an_average_comes_to_none(way, x64):
+    """Of instantaneous speeds, read late: nothing averages them, and its logarithm would go on for ever."""
+    log = log_of("instantaneous")
+    noise = pack(log.unstated, (0,)).observation.noise
+    packed = packed_for_average(log.unstated, (0,), noise)
+    held = np.array([False] * 3 + [name != way for name in OF_LOG])
+    problem = as_problem(packed, True, held)
+    start = np.log([math.e**log.gain, 1.0, log.pole, 4 * packed.durations[0], 4.0, 1.0])
+    start[3 + (way == "filter")] = math.log(NONE_ROWS if way == "filter" else LAG_S[0])
+    # Speeds that are early by half a row are the opposite of an average.
+    early = dataclasses.replace(problem, batch=packed.batch._replace(observed=np.roll(packed.batch.observed, -1)))
+    solution, _ = solve(early, jnp.asarray(start))
+    assert int(solution.steps) < MAX_STEPS / 2
+    assert bool(is_no_average(solution.psi, early)) and not bool(is_no_average(jnp.asarray(start), early))
 
 
 @pytest.mark.parametrize("seen", ["instantaneous", "window", "filter"])
