@@ -273,7 +273,7 @@ class Search:
 
     def _best_near(self, fitted: Fitted, motors: list[Motor]) -> Fitted:
         """The best fit of those that begin at `motors`, beside `fitted`."""
-        found = [self.solver.fit(motor, fitted, COARSE, bar=FAR * fitted.chi2) for motor in motors]
+        found = side_by_side(lambda motor: self.solver.fit(motor, fitted, COARSE, bar=FAR * fitted.chi2), motors)
         return self._placed(fitted, min(found, key=lambda one: one.chi2))
 
     def _fit(self, near: Fitted, motor: Motor, bar: float = math.inf) -> Fitted:
@@ -399,7 +399,7 @@ class Search:
         fit = functools.partial(self.solver.fit, near=base, tolerance=COARSE, bar=bar, far=far)
         first = starts[0]
         others = [start for start in starts[1:] if shape_of(start) != shape_of(first)][:1]
-        found = [fit(start.motor) for start in (first, *others)]
+        found = side_by_side(fit, [start.motor for start in (first, *others)])
         if min(one.chi2 for one in found) > base.chi2:
             # What is linear reaches not that far, such as where a law acts from some speed on.
             found.append(fit(with_effect(base.motor, first.effect.scaled(SMALL))))
