@@ -255,7 +255,7 @@ def simulate_motor(
     that is rounded to counts of `count_rad` [rad] where this is given and not 0; or, where `instantaneous`, around the
     speed that a sensor shows at the tick. Rows from `used` on are not simulated. Without `begin` the shaft stands at 0,
     in the middle of a count. `lengths` are a typical `duration` and the longest [s]: given them, many rows of durations
-    of their own are interpolated, to parts in 1e9, instead of computed one by one; a row that is longer still is taken
+    of their own are interpolated, to parts in 1e8, instead of computed one by one; a row that is longer still is taken
     to be that long.
 
     **Raises:** `ValueError` where a `controller` chooses voltages that it does not know in time: they may be early, or
@@ -273,7 +273,7 @@ def simulate_motor(
     if lengths is not None:
         # As many steps in each row: loops side by side would wait for the longest, and do all else twice.
         longest = jnp.minimum(lengths[1], LONGEST_ROW * lengths[0])
-        setup, over = _stepped(setup, longest), tabulated(setup.over, lengths)
+        setup, over = _stepped(setup, longest), tabulated(setup.over, lengths, len(rows.volts))
     spans = None
     if duration.ndim == 0:
         whole, part = _ticks_late(setup, duration, len(rows.volts))

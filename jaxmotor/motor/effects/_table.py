@@ -13,20 +13,24 @@ from jaxmotor.motor.effects._elementwise import elementwise
 from jaxmotor.motor.effects._propagate import Matrix
 from jaxmotor.motor.effects._substep import Linear
 
-NODES, ORDER = 256, 6
-"""Lengths that are computed, and how many of them each interpolation uses."""
+FEW, MANY, ORDER = 128, 256, 6
+"""Lengths that are computed, for parts in 1e8 and 1e9, and how many of them each interpolation uses."""
+FEW_ROWS = 2048
+"""Up to which few lengths are computed: many would take as long as all rows."""
 SHORT = 0.02
 """Of the typical length: shorter ones are evenly spaced."""
 
 
-def tabulated(over: Callable[[Scalar], Linear], lengths: Float[Array, " 2"]) -> Callable[[Scalar], Linear]:
-    """`over` by interpolation; `lengths` are a typical one and the longest [s], which longer ones are taken for.
+def tabulated(over: Callable[[Scalar], Linear], lengths: Float[Array, " 2"], rows: int) -> Callable[[Scalar], Linear]:
+    """`over` of so many `rows` by interpolation; `lengths` are a typical one and the longest [s], which longer ones are
+    taken for.
 
     Nodes are a few percent of the length apart: what decays within a step is over before that is far.
     """
     short, longest = SHORT * lengths[0], lengths[1]
-    spacing = jnp.arcsinh(longest / short) / (NODES - 1)
-    nodes = short * jnp.sinh(spacing * jnp.arange(NODES, dtype=lengths.dtype))
+    number = FEW if rows <= FEW_ROWS else MANY
+    spacing = jnp.arcsinh(longest / short) / (number - 1)
+    nodes = short * jnp.sinh(spacing * jnp.arange(number, dtype=lengths.dtype))
     table = jax.vmap(over)(nodes)
     rank = table.duration.ndim - 1
 
@@ -34,7 +38,7 @@ def tabulated(over: Callable[[Scalar], Linear], lengths: Float[Array, " 2"]) -> 
         # A polynomial knows nothing of what is beyond its nodes: padding, and rows that no other one follows.
         length = jnp.minimum(jnp.reshape(length, (1,) * (rank - jnp.ndim(length)) + jnp.shape(length)), longest)
         place = jnp.arcsinh(length / short) / spacing
-        first = jnp.clip(jnp.floor(place).astype(jnp.int32) - (ORDER // 2 - 1), 0, NODES - ORDER)
+        first = jnp.clip(jnp.floor(place).astype(jnp.int32) - (ORDER // 2 - 1), 0, number - ORDER)
         weights = _lagrange(place - first.astype(place.dtype))
 
         closed, open_ = jax.tree.map(lambda matrices: _mean(matrices, first, weights), (table.closed, table.open))
@@ -58,7 +62,7 @@ def _mean(
             return jnp.tensordot(jnp.stack(weights), jax.lax.dynamic_slice_in_dim(table, first, ORDER), 1)
 
         return elementwise(one, (table, first, *weights), first.ndim)
-    rows, place, weights = table.reshape(NODES, -1), first.reshape(-1), weights.reshape(ORDER, -1, 1)
+    rows, place, weights = table.reshape(len(table), -1), first.reshape(-1), weights.reshape(ORDER, -1, 1)
 
     def add(k: Int[Array, ""], total: Float[Array, "place number"]) -> Float[Array, "place number"]:
         return total + weights[k] * rows.at[place + k].get(mode="promise_in_bounds")
