@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from jaxmotor._sentences import shown
+from jaxmotor.recording._matrix_text import without_brackets
 from jaxmotor.recording._recording import RecordingError
 from jaxmotor.recording._serial import labels_of, without_arrival, without_labels
 from jaxmotor.recording._text import NUMBER, check_names, fault, limit_rows, load, text_of
@@ -203,7 +204,9 @@ def read_table(
     source = str(path)
     text = text_of(load(path), source)
     limit_rows(text.count("\n"), source)
-    lines = without_arrival(text.rstrip().split("\n"))
+    lines = without_brackets(without_arrival(text.rstrip().split("\n")), MOST_ABOVE)
+    if not lines:
+        raise RecordingError(f"{source}: {NOTHING}")
     if is_cut := _is_cut(text, lines):
         lines.pop()
     top = next((row for row, line in enumerate(lines) if _is_content(line)), len(lines))
@@ -288,18 +291,26 @@ def _above_names(lines: list[str], top: int, marks: list[str], columns: str, sou
     del columns
     if top == len(lines):
         raise RecordingError(f"{source}: {NOTHING}")
-    above = lines[top - 1].lstrip("".join(COMMENTS)).strip() if top else ""
+    above = next((line for line in reversed(lines[:top]) if line.strip()), "").lstrip("".join(COMMENTS)).strip()
     if above and _is_row(lines[top]):
         delimiter = _delimiter(lines[top], lines[top], marks, source, top + 1)
         width = _fields(lines[top], delimiter)
         for mark in (delimiter, *DELIMITERS):
-            names = [name.strip() for name in _split([above], mark, source, top)[0]]
+            names = _names_of(above, mark, width, source, top)
             if len(names) == width:
                 return names, top, delimiter
-    if top + 1 == len(lines):
+    first = next((row for row in range(top + 1, len(lines)) if lines[row].strip()), len(lines))
+    if first == len(lines):
         raise RecordingError(f"{source}: {NOTHING}")
-    delimiter = _delimiter(lines[top], lines[top + 1], marks, source, top + 1)
-    return [name.strip() for name in _split([lines[top]], delimiter, source, top + 1)[0]], top + 1, delimiter
+    delimiter = _delimiter(lines[top], lines[first], marks, source, top + 1)
+    return _names_of(lines[top], delimiter, _fields(lines[first], delimiter), source, top + 1), first, delimiter
+
+
+def _names_of(line: str, delimiter: str, width: int, source: str, number: int) -> list[str]:
+    """The names in a `line` above rows of `width` fields: between blanks they may be words with one blank between."""
+    names = [name.strip() for name in _split([line], delimiter, source, number)[0]]
+    phrases = re.split(r"\s{2,}|\t", line.strip())
+    return phrases if delimiter == " " and len(names) != width == len(phrases) else names
 
 
 def _stated_names(

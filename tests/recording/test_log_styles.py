@@ -257,6 +257,42 @@ def test_rows_may_end_with_what_separates_their_numbers(imported, names):
     check(recording, range(8), range(8))
 
 
+MATRIX = "{k} {t:.2f} {d} {n};\n"
+WORDS = {"time": "Time", "input": "Control Effort:duty:255", "count": "Encoder 1 Pos"} | RIG
+
+
+@pytest.mark.parametrize("end", ["]", "];", " ] ; ", ";\n]", ";\n];\n"])
+@pytest.mark.parametrize("begin", ["[", "data = [", "data =[   ", "data = [\n"])
+def test_a_matrix_in_matlabs_words_needs_no_editing(imported, begin, end):
+    text = begin + rows(MATRIX).rstrip().removesuffix(";") + end
+    check(imported(text, columns="n,t,duty,count", **STATED))
+
+
+@pytest.mark.parametrize("comment", ["", "% "])
+@pytest.mark.parametrize("blank", ["", "\n", "\r\n"])
+def test_between_blanks_names_may_be_several_words(imported, comment, blank):
+    names = f"{comment}Sample   Time     Control Effort   Encoder 1 Pos\n{blank}"
+    check(imported(names + rows("  {k}  {t:.2f}   {d}  {n}\n"), **WORDS))
+    check(imported(names + "[" + rows("  {k}  {t:.2f}   {d}  {n};\n").rstrip().removesuffix(";") + "];\n", **WORDS))
+
+
+def test_what_is_damaged_in_a_matrix_is_told_by_its_line(refused):
+    whole = "% Sample   Time   Control Effort   Encoder 1 Pos\ndata = [" + rows(MATRIX).rstrip() + "\n];\n"
+    assert "line 5:" in (told := refused(whole.replace("3 0.03 120 74", "3 0.03 120"), **WORDS)) and "3 fields" in told
+    assert "line 5: Time is 'x'" in refused(whole.replace("3 0.03", "3 x"), **WORDS)
+
+
+@pytest.mark.parametrize(
+    "text", [rows("[{k}, {t:.2f}, {d}, {n}]\n"), "[" + rows(MATRIX), rows(MATRIX) + "]", "[\n]", "[]"]
+)
+def test_other_brackets_are_no_matrix(refused, text):
+    refused(text, columns="n,t,duty,count", **STATED)
+
+
+def test_a_board_may_print_brackets_above_its_rows(imported):
+    check(imported("[boot] ready\nt,duty,count\n" + rows("{t:.2f},{d},{n}\n"), **STATED))
+
+
 def test_a_last_column_that_is_empty_stays_one(imported, refused):
     check(imported("t,duty,count,left\n" + rows("{t:.2f},{d},{n},\n"), **STATED), range(8), range(8))
     log = "t,duty,count\n" + rows("{t:.2f},{d},{n},\n").replace("0.02,", "0.02,0,")
