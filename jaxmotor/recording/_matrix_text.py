@@ -2,9 +2,7 @@
 
 import re
 
-_BEGIN = re.compile(r"\s*(?:[A-Za-z]\w*\s*=)?\s*\[")
-_END = re.compile(r"\]\s*;?\s*$")
-_ROW_END = re.compile(r"\s*;\s*$")
+_BEGIN = re.compile(r"(?:[A-Za-z]\w*\s*=\s*)?\[")
 
 
 def without_brackets(lines: list[str], most_above: int) -> list[str]:
@@ -13,15 +11,19 @@ def without_brackets(lines: list[str], most_above: int) -> list[str]:
     As many lines as before but for empty last ones, so that they keep their numbers; at most `most_above` of them stand
     above the matrix.
     """
-    begin = next((row for row, line in enumerate(lines[: most_above + 1]) if _BEGIN.match(line)), None)
-    if begin is None or not _END.search(lines[-1]) or _has_more(lines[begin:]):
+    begin = next((row for row, line in enumerate(lines[: most_above + 1]) if _BEGIN.match(line.lstrip())), None)
+    if begin is None or not _without_end(lines[-1]).endswith("]") or _has_more(lines[begin:]):
         return lines
-    rows = [_ROW_END.sub("", line) for line in lines[begin:]]
-    rows[0] = _BEGIN.sub("", rows[0], count=1)
-    rows[-1] = _ROW_END.sub("", _END.sub("", rows[-1]))
+    rows = [_without_end(line) for line in lines[begin:]]
+    rows[0] = rows[0][rows[0].index("[") + 1 :]
+    rows[-1] = _without_end(rows[-1].removesuffix("]"))
     while rows and not rows[-1].strip():
         rows.pop()
     return lines[:begin] + rows
+
+
+def _without_end(line: str) -> str:
+    return line.rstrip().removesuffix(";").rstrip()
 
 
 def _has_more(rows: list[str]) -> bool:

@@ -263,8 +263,9 @@ WORDS = {"time": "Time", "input": "Control Effort:duty:255", "count": "Encoder 1
 
 @pytest.mark.parametrize("end", ["]", "];", " ] ; ", ";\n]", ";\n];\n"])
 @pytest.mark.parametrize("begin", ["[", "data = [", "data =[   ", "data = [\n"])
-def test_a_matrix_in_matlabs_words_needs_no_editing(imported, begin, end):
-    text = begin + rows(MATRIX).rstrip().removesuffix(";") + end
+@pytest.mark.parametrize("mark", [" ", ", ", "\t"])
+def test_a_matrix_in_matlabs_words_needs_no_editing(imported, begin, end, mark):
+    text = begin + rows(MATRIX.replace(" ", mark)).rstrip().removesuffix(";") + end
     check(imported(text, columns="n,t,duty,count", **STATED))
 
 
