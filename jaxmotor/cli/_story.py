@@ -25,6 +25,7 @@ from jaxmotor.text import (
     scored,
     seen_in,
     sentence,
+    unlikely,
     voltage,
 )
 from jaxmotor.validation import Interval
@@ -73,7 +74,9 @@ def _wrong(diagnosis: Diagnosis) -> list[str]:
 
 
 def _why(diagnosis: Diagnosis) -> list[str]:
-    lines = [f"{cause(found)}: {sentence(found)}" for found in diagnosis.named]
+    lines = [f"{cause(found)}: {sentence(found)}" for found in diagnosis.named if found.is_told]
+    if others := [f"{unlikely(found)}: {sentence(found)}" for found in diagnosis.named if not found.is_told]:
+        lines.append(f"no cause that is likely; the motor fits better with {'; and with '.join(others)}")
     left = looks_like(diagnosis)
     return lines if left is None else [*lines, left]
 

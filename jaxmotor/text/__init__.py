@@ -37,3 +37,4 @@ from jaxmotor.text._findings import of_rounding as of_rounding
 from jaxmotor.text._findings import percent as percent
 from jaxmotor.text._findings import scored as scored
 from jaxmotor.text._findings import seen_in as seen_in
+from jaxmotor.text._findings import unlikely as unlikely

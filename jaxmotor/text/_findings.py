@@ -88,10 +88,8 @@ def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
 
 def cause(found: FoundEffect) -> str:
     """The effect with its probability, or what it may as well be where these have nothing in common, or its family
-    where that is all that may be said; without either being likely, that the motor fits better with it."""
+    where that is all that may be said."""
     own = f"probability {percent(found.probability)}"
-    if not found.is_told:
-        return f"no cause that is likely; the motor fits better with {found.name} ({own})"
     if found.is_one_of_several:
         together = percent(found.name_probability)
         several = either([found.name, *equals(found)], str)
@@ -103,6 +101,11 @@ def cause(found: FoundEffect) -> str:
     share = percent(found.probability)
     like = f", which itself has a probability of {share}" if found.probability < HARDLY else f" ({share})"
     return f"{family_of(found.effect)}{known}, most like {found.name}{like}"
+
+
+def unlikely(found: FoundEffect) -> str:
+    """The effect with its probability, where neither it nor its family is likely to be a cause."""
+    return f"{found.name} (probability {percent(found.probability)})"
 
 
 HARDLY = 0.1

@@ -107,6 +107,10 @@ def test_what_is_not_likely_is_no_cause():
     told = " ".join(diagnosis_text(imitated(rare)).split())
     assert "no cause that is likely; the motor fits better with sensor_lag (probability 20 %): " in told
     assert "if it is sensor_lag" not in told
+    other = dataclasses.replace(rare, effect=EFFECTS["load_torque"].start(), probability=0.001)
+    told = " ".join(diagnosis_text(imitated(rare, unsure("coulomb_friction"), other)).split())
+    assert told.count("no cause that is likely") == 1 and told.index("friction or a loss") < told.index("no cause")
+    assert "; and with load_torque (probability < 1 %): " in told
 
 
 def test_the_bars_of_a_family_add_up():
