@@ -196,8 +196,8 @@ def read_table(
     names may stand in the last comment line above the rows, or before each number (`pwm:200,rpm:35`). Where there
     are none, `columns` gives them, separated by commas; lines above the first one of so many numbers are then left out.
     The first `drop` rows are left out unread. With `decimal_comma` numbers are like 3,14. Times of day that a serial
-    monitor put before its lines are left out, and so are a last line that is cut and what separates the last number of
-    each row from nothing.
+    monitor put before its lines are left out, and so are a last line that is cut, what separates the last number of
+    each row from nothing, and the brackets of a matrix in MATLAB's words.
 
     **Raises:** `RecordingError`.
     """
@@ -291,12 +291,13 @@ def _above_names(lines: list[str], top: int, marks: list[str], columns: str, sou
     del columns
     if top == len(lines):
         raise RecordingError(f"{source}: {NOTHING}")
-    above = next((line for line in reversed(lines[:top]) if line.strip()), "").lstrip("".join(COMMENTS)).strip()
+    named = next((row for row in reversed(range(top)) if lines[row].strip()), 0)
+    above = lines[named].lstrip("".join(COMMENTS)).strip() if top else ""
     if above and _is_row(lines[top]):
         delimiter = _delimiter(lines[top], lines[top], marks, source, top + 1)
         width = _fields(lines[top], delimiter)
         for mark in (delimiter, *DELIMITERS):
-            names = _names_of(above, mark, width, source, top)
+            names = _names_of(above, mark, width, source, named + 1)
             if len(names) == width:
                 return names, top, delimiter
     first = next((row for row in range(top + 1, len(lines)) if lines[row].strip()), len(lines))
@@ -309,8 +310,10 @@ def _above_names(lines: list[str], top: int, marks: list[str], columns: str, sou
 def _names_of(line: str, delimiter: str, width: int, source: str, number: int) -> list[str]:
     """The names in a `line` above rows of `width` fields: between blanks they may be words with one blank between."""
     names = [name.strip() for name in _split([line], delimiter, source, number)[0]]
+    if delimiter != " " or len(names) == width:
+        return names
     phrases = re.split(r"\s{2,}|\t", line.strip())
-    return phrases if delimiter == " " and len(names) != width == len(phrases) else names
+    return phrases if len(phrases) == width else names
 
 
 def _stated_names(

@@ -87,8 +87,8 @@ def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
 
 
 def cause(found: FoundEffect) -> str:
-    """The effect with its probability, or what it may as well be where these have nothing in common, or its family
-    where that is all that may be said."""
+    """Of an effect that is told (`is_told`): its name with its probability, or what it may as well be where these have
+    nothing in common, or its family where that is all that may be said."""
     own = f"probability {percent(found.probability)}"
     if found.is_one_of_several:
         together = percent(found.name_probability)

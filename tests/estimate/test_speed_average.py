@@ -105,15 +105,14 @@ def test_none_is_found_where_speeds_are_instantaneous_or_the_header_states_the_w
 
 @pytest.mark.parametrize("way", ["window", "filter"])
 def test_a_fit_ends_where_an_average_comes_to_none(way, x64):
-    """Of instantaneous speeds, read late: nothing averages them, and its logarithm would go on for ever."""
+    """Of speeds that are a row early, which is the opposite of an average: its logarithm would go on for ever."""
     log = log_of("instantaneous")
     noise = pack(log.unstated, (0,)).observation.noise
     packed = packed_for_average(log.unstated, (0,), noise)
     held = np.array([False] * 3 + [name != way for name in OF_LOG])
     problem = as_problem(packed, True, held)
-    start = np.log([math.e**log.gain, 1.0, log.pole, 4 * packed.durations[0], 4.0, 1.0])
+    start = np.array([log.gain, 0.0, *np.log([log.pole, 4 * packed.durations[0], 4.0]), 0.0])
     start[3 + (way == "filter")] = math.log(NONE_ROWS if way == "filter" else LAG_S[0])
-    # Speeds that are early by half a row are the opposite of an average.
     early = dataclasses.replace(problem, batch=packed.batch._replace(observed=np.roll(packed.batch.observed, -1)))
     solution, _ = solve(early, jnp.asarray(start))
     assert int(solution.steps) < MAX_STEPS / 2

@@ -287,7 +287,7 @@ def test_what_is_damaged_in_a_matrix_is_told_by_its_line(refused):
     "text", [rows("[{k}, {t:.2f}, {d}, {n}]\n"), "[" + rows(MATRIX), rows(MATRIX) + "]", "[\n]", "[]"]
 )
 def test_other_brackets_are_no_matrix(refused, text):
-    refused(text, columns="n,t,duty,count", **STATED)
+    assert refused(text, columns="n,t,duty,count", **STATED).split(":")[0].split(",")[0].endswith("log.csv")
 
 
 def test_a_board_may_print_brackets_above_its_rows(imported):
