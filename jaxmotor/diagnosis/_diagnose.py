@@ -137,7 +137,7 @@ def diagnose(
             *(note for note in fit.notes if note.startswith(STAMPS)),
             *(one.note for one in opened),
             *([BEGINS] if study.recording.segments[0].begins_rad is not None else []),
-            *([EARLY] if verdict == "unexplained" and is_applied_until_row(study.recording, found.fitted) else []),
+            *([EARLY] if verdict == "unexplained" and is_applied_until_row(study, found.fitted) else []),
         ),
         open_hypotheses=opened,
         allowed=allowed,

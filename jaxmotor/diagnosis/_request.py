@@ -50,6 +50,9 @@ class Request:
             raise JaxmotorError(f"on_progress is {shown(on_progress)}; give a function of a Progress")
         self._on_progress, self._lock = on_progress, threading.Lock()
         self._noises: list[tuple[Recording, bool, Noise]] = []
+        self.seeks_window = False
+        """Motors were simulated whose speeds are means over a window that is sought: programs of those that are over
+        none are the same."""
 
     def asked(self) -> list[type[AbstractEffect]]:
         """The effects that may be named."""

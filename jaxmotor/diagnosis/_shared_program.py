@@ -14,11 +14,14 @@ from jaxtyping import Float
 
 from jaxmotor.diagnosis._free import is_wide
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import BUILT_IN, LEARNED, OF_LOG, SpeedWindow
+from jaxmotor.motor.effects import BUILT_IN, LEARNED, OF_LOG, CoulombFriction, SpeedWindow, Stiction
 
 Sharing = Literal["nothing", "simple", "most"]
 """Which effects motors have in common in the programs of one log: none, in long ones; those of a `program_level`; or,
 where the log is short and one sequence, also those that are `cheap_alone`, and all learned curves once there is one."""
+
+BESIDE_CONTACT = frozenset({CoulombFriction.name, Stiction.name})
+"""What a gear with backlash has, as a rule; the steps of a contact are many, so motors with one share no more."""
 
 
 def as_shared(motors: Motor, sharing: Sharing, window_s: float | None = None) -> Motor:
@@ -59,12 +62,14 @@ def shared_names(motor: Motor, sharing: Sharing) -> frozenset[str] | None:
     """The effects in the program of `motor`, neutral where it lacks them: those up to the highest `program_level` of
     its own. None where it has a program of its own.
 
-    Without effects but the log's that is so: a linear motor needs no steps. So it is with a contact, whose steps are
-    many, where no more than `simple` effects are shared.
+    Without effects but the log's that is so: a linear motor needs no steps. With a contact, where no more than `simple`
+    effects are shared, they are those of `BESIDE_CONTACT`.
     """
     own = [effect for effect in motor.effects if not isinstance(effect, OF_LOG)]
-    if not own or sharing == "nothing" or (is_wide(motor.effects) and sharing == "simple"):
+    if not own or sharing == "nothing":
         return None
+    if is_wide(motor.effects) and sharing == "simple":
+        return BESIDE_CONTACT
     level = max((effect.program_level for effect in own if effect.program_level is not None), default=0)
     names = {one.name for one in BUILT_IN.values() if one.program_level is not None and one.program_level <= level}
     if sharing == "most":

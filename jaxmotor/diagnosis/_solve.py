@@ -124,6 +124,11 @@ class Fitted:
         return layout_of(self.template.effects, self.variance)._replace(ties=self.ties)
 
 
+def is_short(trial: Trial, limit: int = SHORT) -> bool:
+    """The rows of `trial` are no more than `limit` steps."""
+    return int(trial.used) * int(trial.steps) * len(trial.valid) <= limit
+
+
 class Solver:
     """Fits motors to the rows of one trial; `rows` (sequence, row) chooses which count.
 
@@ -157,9 +162,8 @@ class Solver:
         """(k,) which pieces begin in motion."""
         self.free_pieces = bool(self.moves.any())
         self.scale = 1 / math.sqrt(trial.variance)
-        steps = int(trial.used) * int(trial.steps) * len(trial.valid)
-        self.is_short = steps <= SHORT
-        alone = len(trial.valid) == 1 and steps <= SHORT_ALONE
+        self.is_short = is_short(trial)
+        alone = len(trial.valid) == 1 and is_short(trial, SHORT_ALONE)
         self.sharing: Sharing = "most" if alone else "simple" if self.is_short else "nothing"
         self.window_s = float(trial.problem.window) if trial.problem.kind == "window" else None
         """Over which speeds are means, where they are [s]; one that is sought is the motor's."""

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 
 from jaxmotor.diagnosis._request import Request
-from jaxmotor.diagnosis._solve import Solver
+from jaxmotor.diagnosis._solve import Solver, is_short
 from jaxmotor.diagnosis._split import Part
-from jaxmotor.diagnosis._trial import Trial, rig_of, trial_of
+from jaxmotor.diagnosis._trial import Trial, of_means, rig_of, trial_of
 from jaxmotor.prediction import PADDED, Noise, Packed, lowered, pack, without_transients
 from jaxmotor.recording import Recording
 
@@ -56,6 +56,8 @@ def study_of(
         request.keep_noise(recording, timed, packed.observation.noise)
     packed = without_transients(recording, packed)
     trial = trial_of(recording, packed, pole)
+    if request.seeks_window and is_short(trial):
+        trial = of_means(trial)
     rig = rig_of(recording, trial)
     solver = Solver(trial, noise_known=packed.observation.floor_known, request=request, rig=rig)
     return Study(recording, packed, trial, solver, timed, pole)

@@ -43,6 +43,13 @@ def trial_of(recording: Recording, packed: Packed, pole_rad_s: float) -> Trial:
     return Trial(**fields, memory=to_jax(_memory(recording, packed)))
 
 
+def of_means(trial: Trial) -> Trial:
+    """`trial`, whose speeds are means over a window that may be none: its programs are those of logs that state one."""
+    if trial.problem.kind != "speed":
+        return trial
+    return dataclasses.replace(trial, problem=dataclasses.replace(trial.problem, kind="window"))
+
+
 def begun(recording: Recording, angles_rad: np.ndarray | None = None) -> Recording:
     """`recording`, whose segments begin at these angles, or at 0."""
     angles = np.zeros(len(recording.segments)) if angles_rad is None else angles_rad

@@ -24,7 +24,7 @@ from jaxmotor.diagnosis._free import OWN, with_effect, without_effect
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._solve import DAMPING, Fitted, Solver, square_of
 from jaxmotor.diagnosis._study import Study, study_of
-from jaxmotor.diagnosis._trial import rig_of
+from jaxmotor.diagnosis._trial import of_means, rig_of
 from jaxmotor.diagnosis._visited import EQUAL, FAR, Visited
 from jaxmotor.estimate import LONGEST_AVERAGE_ROWS, UNSURE, SpeedAverage
 from jaxmotor.motor import Motor
@@ -137,9 +137,8 @@ def _unstated(recording: Recording, near: Fitted, request: Request) -> Study:
     for sequence, first in zip(*np.nonzero(batch.free), strict=True):
         own = np.flatnonzero(batch.piece[sequence] == batch.piece[sequence, first])
         rows[sequence, own[: min(LONGEST_ROWS, int((1 - KEPT) * len(own)))]] = False
-    # Programs are those of logs that state their window.
-    problem = dataclasses.replace(study.trial.problem, kind="window")
-    trial = dataclasses.replace(study.trial, problem=problem)
+    trial = of_means(study.trial)
+    request.seeks_window = True
     return dataclasses.replace(
         study, trial=trial, solver=Solver(trial, rows, study.solver.noise_known, request, study.solver.rig)
     )

@@ -20,5 +20,6 @@ LOGS = {
 def test_only_a_shaft_that_moves_before_it_is_driven_is_early(name, early):
     recording = LOGS[name]()
     with jax.enable_x64(True):
-        linear = study_of(recording, POLE).solver.fit(linear_of(GAIN, POLE))
-        assert is_applied_until_row(recording, linear) is early
+        study = study_of(recording, POLE)
+        linear = study.solver.fit(linear_of(GAIN, POLE))
+        assert is_applied_until_row(study, linear) is early

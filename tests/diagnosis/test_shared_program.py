@@ -54,7 +54,15 @@ def both_ways(solver, motor):
 @pytest.mark.usefixtures("x64")
 @pytest.mark.parametrize(
     "names",
-    [*TOGETHER, CHEAP_ALONE, ["coast_drive"], ["cogging", "transport_delay"], ["torque_over_speed"], ["backlash"]],
+    [
+        *TOGETHER,
+        CHEAP_ALONE,
+        ["coast_drive"],
+        ["cogging", "transport_delay"],
+        ["torque_over_speed"],
+        ["backlash"],
+        ["backlash", "stiction"],
+    ],
     ids="+".join,
 )
 def test_neutral_effects_change_nothing(solver, names):
@@ -89,8 +97,18 @@ def test_curves_and_contacts_share_where_the_log_is_one_sequence():
     assert len({jax.tree.structure(motors) for motors in curves}) == 1
     contacts = [as_shared(together([motor_with(["backlash", name])]), "most") for name in CHEAP_ALONE]
     assert len({jax.tree.structure(motors) for motors in contacts}) == 1
-    alone = together([motor_with(["backlash"])])
-    assert as_shared(alone, "simple") is alone
+
+
+@pytest.mark.usefixtures("x64")
+def test_beside_a_contact_only_friction_is_shared_where_the_log_is_several():
+    contacts = [
+        motor_with(names) for names in (["backlash"], ["backlash", "stiction"], ["backlash", "coulomb_friction"])
+    ]
+    shared = {jax.tree.structure(as_shared(together([motor]), "simple")) for motor in contacts}
+    [names] = {
+        tuple(effect.name for effect in jax.tree.unflatten(one, range(one.num_leaves)).effects) for one in shared
+    }
+    assert names == ("backlash", "coulomb_friction", "stiction")
 
 
 @pytest.mark.usefixtures("x64")
