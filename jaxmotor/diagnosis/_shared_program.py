@@ -21,7 +21,8 @@ Sharing = Literal["nothing", "simple", "most"]
 where the log is short and one sequence, also those that are `cheap_alone`, and all learned curves once there is one."""
 
 BESIDE_CONTACT = frozenset({CoulombFriction.name, Stiction.name})
-"""What a gear with backlash has, as a rule; the steps of a contact are many, so motors with one share no more."""
+"""What a gear with backlash has, as a rule. The steps of a contact are many, so motors with one share no more: friction
+takes half as long again, whichever it is, and both together no longer than one."""
 
 
 def as_shared(motors: Motor, sharing: Sharing, window_s: float | None = None) -> Motor:
@@ -63,13 +64,13 @@ def shared_names(motor: Motor, sharing: Sharing) -> frozenset[str] | None:
     its own. None where it has a program of its own.
 
     Without effects but the log's that is so: a linear motor needs no steps. With a contact, where no more than `simple`
-    effects are shared, they are those of `BESIDE_CONTACT`.
+    effects are shared, they are those of `BESIDE_CONTACT` if it has one of these, else none.
     """
     own = [effect for effect in motor.effects if not isinstance(effect, OF_LOG)]
     if not own or sharing == "nothing":
         return None
     if is_wide(motor.effects) and sharing == "simple":
-        return BESIDE_CONTACT
+        return BESIDE_CONTACT if any(effect.name in BESIDE_CONTACT for effect in own) else frozenset()
     level = max((effect.program_level for effect in own if effect.program_level is not None), default=0)
     names = {one.name for one in BUILT_IN.values() if one.program_level is not None and one.program_level <= level}
     if sharing == "most":

@@ -116,13 +116,15 @@ def solve_normal(normal: Float[Array, "p p"], right: Float[Array, "p *c"]) -> Fl
 def _eliminated(normal: Float[Array, "p p"], right: Float[Array, "p *c"]) -> Float[Array, "p *c"]:
     """Solution of `normal` x = `right` by elimination (Gauss-Jordan): a positive definite matrix with ones on its
     diagonal needs no other order of rows. On a machine of one core XLA cannot compile loops as long as the fit's with
-    calls of LAPACK in them."""
-    columns = right.reshape(len(normal), math.prod(right.shape[1:]))
-    for k in range(len(normal)):
-        row, column = normal[k] / normal[k, k], normal[:, k].at[k].add(-1)
-        columns = columns - jnp.outer(column, columns[k] / normal[k, k])
-        normal = normal - jnp.outer(column, row)
-    return columns.reshape(right.shape)
+    calls of LAPACK in them; written out for each unknown this would be a quarter of that."""
+    size, columns = len(normal), right.reshape(len(normal), math.prod(right.shape[1:]))
+
+    def without(k: Int[Array, ""], both: Float[Array, "p pc"]) -> Float[Array, "p pc"]:
+        row, own = both[k] / both[k, k], jnp.arange(size) == k
+        return jnp.where(own[:, None], row, both - jnp.outer(both[:, k], row))
+
+    both = jax.lax.fori_loop(0, size, without, jnp.concatenate([normal, columns], axis=1))
+    return both[:, size:].reshape(right.shape)
 
 
 def _clipped(delta: Float[Array, " p"], normal: Float[Array, "p p"]) -> Float[Array, " p"]:

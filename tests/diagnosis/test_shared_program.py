@@ -101,14 +101,11 @@ def test_curves_and_contacts_share_where_the_log_is_one_sequence():
 
 @pytest.mark.usefixtures("x64")
 def test_beside_a_contact_only_friction_is_shared_where_the_log_is_several():
-    contacts = [
-        motor_with(names) for names in (["backlash"], ["backlash", "stiction"], ["backlash", "coulomb_friction"])
-    ]
-    shared = {jax.tree.structure(as_shared(together([motor]), "simple")) for motor in contacts}
-    [names] = {
-        tuple(effect.name for effect in jax.tree.unflatten(one, range(one.num_leaves)).effects) for one in shared
-    }
-    assert names == ("backlash", "coulomb_friction", "stiction")
+    laws = ["backlash"], ["backlash", "stiction"], ["backlash", "coulomb_friction"]
+    motors = [as_shared(together([motor_with(names)]), "simple") for names in laws]
+    alone, *beside_friction = ([effect.name for effect in one.effects] for one in motors)
+    assert alone == ["backlash"]
+    assert beside_friction == 2 * [["backlash", "coulomb_friction", "stiction"]]
 
 
 @pytest.mark.usefixtures("x64")
