@@ -18,7 +18,7 @@ from jaxmotor.diagnosis._trial import rig_of
 from jaxmotor.diagnosis._visited import Visited
 from jaxmotor.diagnosis._window import beside_window, does_as_well, is_window, window_beside
 from jaxmotor.estimate import SpeedAverage, stated
-from jaxmotor.motor.effects import ElectricalPole, Rig, TransportDelay
+from jaxmotor.motor.effects import CoulombFriction, ElectricalPole, Rig, SpeedWindow, TransportDelay
 from jaxmotor.recording import Recording, Segment
 
 
@@ -45,6 +45,25 @@ def averaged(recording, rows):
     return dataclasses.replace(
         recording, segments=(dataclasses.replace(segment, speed_rad_s=speed),), speed_window_s=None
     )
+
+
+@pytest.mark.usefixtures("x64")
+def test_speeds_of_no_window_take_the_programs_of_those_of_one():
+    """Where one was sought: compiled once, they serve both, and say the same of a motor."""
+    log = dataclasses.replace(noisy_log(3), speed_window_s=None)
+    request = Request()
+    plain = study_of(log, POLE, request=request)
+    motor = with_effect(linear_of(GAIN, POLE), CoulombFriction.of(volts_V=FRICTION_V))
+    sought, _ = beside_window(log, plain.solver.fit(motor), None, request)
+    after = study_of(log, POLE, request=request)
+    assert (plain.trial.problem.kind, after.trial.problem.kind) == ("speed", "window")
+    own, its = (study.solver.residual_of(motor, study.solver.starts)[1] for study in (plain, after))
+    np.testing.assert_allclose(its, own, rtol=0, atol=1e-9)
+    [program] = after.solver._called
+    window = with_effect(motor, SpeedWindow.of(length_s=0.03))
+    sought.solver.residual_of(window, sought.solver.starts)
+    assert program in sought.solver._called
+    assert study_of(log, POLE).trial.problem.kind == "speed"
 
 
 def test_beside_friction_the_average_is_the_logs_and_no_lag_of_the_motor():
