@@ -27,6 +27,12 @@ def import_command(
     output: Annotated[Path, typer.Option("-o", "--output", help="Recording to write.")],
     time: Annotated[str | None, typer.Option(metavar="COL[:s|ms|us|ns]", help="Time stamps.")] = None,
     input: Annotated[str | None, typer.Option(metavar="COL:V|mV|duty:FULL|percent", help="What was applied.")] = None,
+    step: Annotated[
+        float | None, typer.Option(metavar="V", help="No column has the input: so many volts, from the first row on.")
+    ] = None,
+    step_at: Annotated[
+        float | None, typer.Option(metavar="S", help="From so long after the first row on, and 0 V before.")
+    ] = None,
     speed: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad/s, rpm, m/s, ...; 3.92rad/s.")] = None,
     angle: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad, deg, rev, counts, m, ...")] = None,
     count: Annotated[str | None, typer.Option(metavar="COL", help="Running encoder counter.")] = None,
@@ -86,6 +92,8 @@ def import_command(
     options = {
         "time": time,
         "input": input,
+        "step_V": step,
+        "step_at_s": step_at,
         "speed": speed,
         "angle": angle,
         "count": count,
@@ -150,10 +158,10 @@ def _check_usage(
         return
     if units is not None or motor is not None:
         raise typer.BadParameter("--units and --motor belong to --from sysid")
-    if len(given & {"time", "period_s"}) != 1 or "input" not in given:
+    if len(given & {"time", "period_s"}) != 1 or not given & {"input", "step_V"}:
         raise typer.BadParameter(
             "state the columns with --time COL[:s|ms|us] (or --period S, where no column has the time) and "
-            f"--input COL:UNIT{_columns_of(log)}"
+            f"--input COL:UNIT (or --step V, where none has the input){_columns_of(log)}"
         )
     if len(given & {"speed", "angle", "count", "pulses"}) != 1:
         raise typer.BadParameter(
@@ -177,7 +185,7 @@ def _columns_of(log: Path) -> str:
 
 def _flag(key: str) -> str:
     """The option that gives `key`."""
-    return {"supply": "--supply-column", "supply_V": "--supply"}.get(
+    return {"supply": "--supply-column", "supply_V": "--supply", "step_V": "--step"}.get(
         key, f"--{key.removesuffix('_s').replace('_', '-')}"
     )
 

@@ -14,6 +14,7 @@ from jaxmotor._sentences import shown
 from jaxmotor.recording._check import lost_ticks
 from jaxmotor.recording._fixed_time import over_rows
 from jaxmotor.recording._header import RANGES
+from jaxmotor.recording._known_step import known_step
 from jaxmotor.recording._log import assemble
 from jaxmotor.recording._log_columns import Log
 from jaxmotor.recording._matlab import is_matlab, read_matlab
@@ -33,6 +34,8 @@ MAX_LABELS = 10_000
 """Segments that a column of labels may begin."""
 FINEST_DUTY = 9
 """Decimals to which fractions of the supply are kept as whole duties."""
+INPUT = "u_V:V"
+"""What the input is taken to be where it is not stated."""
 HOLDS = "; where an input acts until the next one, state --input-holds"
 """What else may be where no row has both."""
 UNKNOWN_V = 1.0
@@ -44,7 +47,9 @@ def import_log(
     path: str | os.PathLike[str] | Table,
     *,
     time: str | None = None,
-    input: str = "u_V:V",
+    input: str | None = None,
+    step_V: float | int | None = None,
+    step_at_s: float | int | None = None,
     speed: str | None = None,
     angle: str | None = None,
     count: str | None = None,
@@ -71,8 +76,11 @@ def import_log(
     """The recording in the CSV or MATLAB file at `path`, whose columns and units are stated.
 
     `time` is `COL[:s|ms|us|ns]`, `t_s:s` unless stated; rows of a log without time stamps are `period_s` [s] apart.
-    `input` is `COL:V`, `COL:mV`, `COL:duty:FULL` or `COL:percent`, of which the last two
-    need a supply; exactly one of `speed` (`COL:UNIT`), `angle` (`COL:UNIT`), `count` (`COL`, a running counter) and
+    `input` is `COL:V` (`u_V:V` unless stated), `COL:mV`, `COL:duty:FULL` or `COL:percent`, of which the last two need a
+    supply. Where no column has it, it is one step: `step_V` [V] from the first row of each segment on, or from the
+    first that is `step_at_s` [s] later, and 0 V before.
+
+    Exactly one of `speed` (`COL:UNIT`), `angle` (`COL:UNIT`), `count` (`COL`, a running counter) and
     `pulses` (`COL`, the counts since the row before) is given. `wrap` is the width [bit] of a counter that wraps, or
     `"turn"` for an angle within one turn. The supply is `supply_V`, or the column `supply` (`COL:V|mV`), or both:
     then the column is scaled so that it begins at `supply_V`. Where it is `supply_unknown`, 1 V stands for it.
@@ -102,6 +110,8 @@ def import_log(
     if time is not None and period_s is not None:
         raise RecordingError("--time and --period both say when the rows were; state one of them")
     time = "t_s:s" if time is None and period_s is None else time
+    step = known_step(step_V, step_at_s, input)
+    input = INPUT if input is None and step is None else input
     stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "pulses": pulses}
     stated |= {"wrap": None if wrap is None else str(wrap), "segment": segment, "supply": supply, "columns": columns}
     path = path if isinstance(path, Table) else path_of(path, "the path of a log")
@@ -130,7 +140,9 @@ def import_log(
         if time is not None:
             stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
             _check_time(table, stamps[0], bounds, clock, segment is None)
-        stated_input = split_input(input, names)
+        if step is not None:
+            table, input = step.as_column(table, stamps[0], bounds)
+        stated_input = split_input(input or INPUT, list(table.cells))
         measured = None if supply is None else _supply(table, supply, names)
         nominal_V = nominal(stated_input, measured, supply_V, supply_unknown)
         log, bounds = _read_log(
@@ -138,6 +150,7 @@ def import_log(
         )
     missing = len(table) - len(log.stamps[0])
     imported = _how(Path(table.source), input_acts, stated, period_s, gap_s, fixed_s)
+    imported |= {} if step is None else step.stated
     imported |= {"input_holds": True} if input_holds else {}
     imported |= table.left_out | ({"missing_rows": missing} if missing else {})
     recording = assemble(

@@ -19,6 +19,8 @@ ARGUMENTS = {
     "wheel-radius": "wheel_radius_m",
     "period": "period_s",
     "gap": "gap_s",
+    "step": "step_V",
+    "step-at": "step_at_s",
     "steady": "hold_s",
 }
 """Arguments by the option that gives them, where they differ by more than their hyphens."""
