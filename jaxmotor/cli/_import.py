@@ -76,6 +76,10 @@ def import_command(
     drop_first: Annotated[
         int, typer.Option(metavar="N", min=0, help="Leave out N rows at the beginning of the log and each segment.")
     ] = 0,
+    drop_spikes: Annotated[
+        bool,
+        typer.Option("--drop-spikes", help="Speeds and angles that no motor has, for a row or few, are no readings."),
+    ] = False,
     decimal_comma: Annotated[bool, typer.Option("--decimal-comma", help="Numbers are like 3,14.")] = False,
     steady: Annotated[
         float | None, typer.Option(metavar="S", help="Rows are steady states, each taken to last S seconds.")
@@ -106,6 +110,7 @@ def import_command(
         "supply_unknown": supply_unknown or None,
         "columns": columns,
         "drop_first": drop_first or None,
+        "drop_spikes": drop_spikes or None,
         "decimal_comma": decimal_comma or None,
         "counts_per_rev": counts_per_rev,
         "speed_window_s": speed_window,

@@ -289,7 +289,7 @@ def warn_spikes(recording: Recording) -> list[str]:
     return [
         f"the {measured} of segment {index} at {when(segment, row)} is {segment.shaft[row]:.4g} {unit}, for {lasts}"
         f"{more}: no motor does that, but {why}; correct the {'row' if rows == 1 else 'rows'}, or leave the {measured} "
-        "there empty"
+        "there empty (jaxmotor import: --drop-spikes)"
     ]
 
 

@@ -27,6 +27,7 @@ from jaxmotor.recording._table import Table, read_table
 from jaxmotor.recording._text import about_log
 from jaxmotor.recording._units import VOLTS, Input, Scale, positive, split_factor, split_input, split_time, split_unit
 from jaxmotor.recording._unread import are_far_apart, between
+from jaxmotor.recording._without_spikes import without_spikes
 
 Drive = Literal["brake", "coast"]
 Acts = Literal["after", "before"]
@@ -70,6 +71,7 @@ def import_log(
     input_holds: bool = False,
     columns: str | None = None,
     drop_first: int = 0,
+    drop_spikes: bool = False,
     decimal_comma: bool = False,
     period_s: float | int | None = None,
 ) -> Recording:
@@ -103,7 +105,8 @@ def import_log(
     counted since the row before over this fixed time, whenever that row came: it becomes the mean over the row.
 
     `columns` names the columns of a log without names, separated by commas; `drop_first` rows are left out at the
-    beginning of the log and of each segment; with `decimal_comma` numbers are like 3,14.
+    beginning of the log and of each segment; with `drop_spikes` speeds and angles that no motor has, those of which
+    `check` tells, are no readings; with `decimal_comma` numbers are like 3,14.
 
     **Raises:** `RecordingError`.
     """
@@ -119,6 +122,8 @@ def import_log(
     check_choice("--input-acts", input_acts, get_args(Acts))
     shaft = Shaft(speed, angle, count, pulses, wrap)
     shaft.check()
+    if drop_spikes and (count is not None or pulses is not None):
+        raise RecordingError("a count that jumps as no motor does is refused; leave --drop-spikes out")
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
     period_s, fixed_s = _period(period_s, "--period"), _period(speed_period_s, "--speed-period")
@@ -173,6 +178,7 @@ def import_log(
     # What was counted in a row that is missing is lost.
     lost = pulses is not None and (missing or any(map(lost_ticks, recording.segments)))
     recording = dataclasses.replace(recording, count_resets=True) if lost else recording
+    recording = without_spikes(recording) if drop_spikes else recording
     return supplied(recording, scaled=supply_V is not None)
 
 
