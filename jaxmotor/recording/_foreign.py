@@ -122,29 +122,25 @@ def import_log(
     check_choice("--input-acts", input_acts, get_args(Acts))
     shaft = Shaft(speed, angle, count, pulses, wrap)
     shaft.check()
-    if drop_spikes and (count is not None or pulses is not None):
-        raise RecordingError("a count that jumps as no motor does is refused; leave --drop-spikes out")
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
     period_s, fixed_s = _period(period_s, "--period"), _period(speed_period_s, "--speed-period")
     gap_s, pulses_per_rev = positive(gap_s, "--gap"), positive(speed_pulses_per_rev, "--speed-pulses")
-    if gap_s is not None and time is None:
-        raise RecordingError("--gap is between two time stamps; name their column (--time)")
     _check_window(
         speed, {"--speed-window": speed_window_s, "--speed-pulses": pulses_per_rev, "--speed-period": fixed_s}
     )
-    if supply_unknown and (supply_V is not None or supply is not None):
-        raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
+    _check_beside(
+        stamped=time is not None,
+        gaps=gap_s is not None,
+        counted=speed is None and angle is None,
+        drop_spikes=drop_spikes,
+        supply_stated=supply_V is not None or supply is not None,
+        supply_unknown=supply_unknown,
+    )
     table = path if isinstance(path, Table) else opened(path, columns, drop_first, decimal_comma, stated)
     names = list(table.cells)
     with about_log(table.source):
-        clock, unit_s = ("", 1.0) if time is None else split_time(time, names)
-        gaps = _gaps(table, clock, np.inf if gap_s is None else gap_s / unit_s)
-        table, bounds, labels = _segments(table, segment, drop_first, clock, gaps)
-        stamps = np.arange(len(table)) * (period_s or 1.0), 0.0
-        if time is not None:
-            stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
-            _check_time(table, stamps[0], bounds, clock, segment is None)
+        table, bounds, labels, stamps = _in_time(table, time, period_s or 1.0, segment, gap_s, drop_first)
         if step is not None:
             table, input = step.as_column(table, stamps[0], bounds)
         stated_input = split_input(input or INPUT, list(table.cells))
@@ -173,13 +169,39 @@ def import_log(
         keep_repeats=pulses_per_rev is not None or fixed_s is not None,
     )
     recording = recording if fixed_s is None else over_rows(recording, fixed_s)
-    if pulses_per_rev is not None:
-        recording = _of_pulses(recording, pulses_per_rev)
+    recording = recording if pulses_per_rev is None else _of_pulses(recording, pulses_per_rev)
     # What was counted in a row that is missing is lost.
     lost = pulses is not None and (missing or any(map(lost_ticks, recording.segments)))
     recording = dataclasses.replace(recording, count_resets=True) if lost else recording
     recording = without_spikes(recording) if drop_spikes else recording
     return supplied(recording, scaled=supply_V is not None)
+
+
+def _in_time(
+    table: Table, time: str | None, period_s: float, segment: str | None, gap_s: float | None, drop_first: int
+) -> tuple[Table, np.ndarray, list[str | None], tuple[np.ndarray, float]]:
+    """As `_segments`; and when the rows were [s], by their stamps or one `period_s` after the other, with the step of
+    the last printed digit."""
+    clock, unit_s = ("", 1.0) if time is None else split_time(time, list(table.cells))
+    gaps = _gaps(table, clock, np.inf if gap_s is None else gap_s / unit_s)
+    table, bounds, labels = _segments(table, segment, drop_first, clock, gaps)
+    if time is None:
+        return table, bounds, labels, (np.arange(len(table)) * period_s, 0.0)
+    stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
+    _check_time(table, stamps[0], bounds, clock, segment is None)
+    return table, bounds, labels, stamps
+
+
+def _check_beside(
+    *, stamped: bool, gaps: bool, counted: bool, drop_spikes: bool, supply_stated: bool, supply_unknown: bool
+) -> None:
+    """**Raises:** `RecordingError` for what cannot be asked for beside the rest."""
+    if gaps and not stamped:
+        raise RecordingError("--gap is between two time stamps; name their column (--time)")
+    if drop_spikes and counted:
+        raise RecordingError("a count that jumps as no motor does is refused; leave --drop-spikes out")
+    if supply_unknown and supply_stated:
+        raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
 
 
 def _of_pulses(recording: Recording, pulses_per_rev: float) -> Recording:
