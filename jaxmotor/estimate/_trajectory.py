@@ -118,6 +118,9 @@ def _eliminated(normal: Float[Array, "p p"], right: Float[Array, "p *c"]) -> Flo
     diagonal needs no other order of rows. On a machine of one core XLA cannot compile loops as long as the fit's with
     calls of LAPACK in them; written out for each unknown this would be a quarter of that."""
     size, columns = len(normal), right.reshape(len(normal), math.prod(right.shape[1:]))
+    if not size:
+        # A loop is traced even where it has no turn.
+        return right
 
     def without(k: Int[Array, ""], both: Float[Array, "p pc"]) -> Float[Array, "p pc"]:
         row, own = both[k] / both[k, k], jnp.arange(size) == k
