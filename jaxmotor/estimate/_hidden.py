@@ -130,13 +130,13 @@ class _Laws:
         score, information = self.score[:, laws], self.information[:, laws][:, :, laws]
         share = np.einsum("p,kpq,q->k", row, information, row) / row[0]
         square = float((share**2).sum())
-        freedom = 1 / square - 1 if square > 0 else 0.0
-        if not freedom > ENDLESS:
+        freedom, used = 1 / square - 1 if square > 0 else 0.0, share > 0
+        # Where no block tells the law from the others, rounding alone is left of its share.
+        if not freedom > ENDLESS or not used.any():
             return white * np.sqrt(self.colour)
         left = score - information @ amounts
         rest = self.whole[np.ix_(laws, laws)] - np.where(share > MOST, 0.0, 1.0)[:, None, None] * information
         moved = solve_balanced(rest, left, DAMPING)[:, 0]
-        used = share > 0
         number = used.sum()
         about = (moved - moved.sum() / number)[used]
         blocks = np.sqrt((number - 1) / number * (about**2).sum())
