@@ -130,6 +130,8 @@ def import_log(
         speed, {"--speed-window": speed_window_s, "--speed-pulses": pulses_per_rev, "--speed-period": fixed_s}
     )
     _check_beside(
+        step=step is not None,
+        moved=input_acts == "before" or input_holds,
         stamped=time is not None,
         gaps=gap_s is not None,
         counted=speed is None and angle is None,
@@ -193,9 +195,21 @@ def _in_time(
 
 
 def _check_beside(
-    *, stamped: bool, gaps: bool, counted: bool, drop_spikes: bool, supply_stated: bool, supply_unknown: bool
+    *,
+    step: bool,
+    moved: bool,
+    stamped: bool,
+    gaps: bool,
+    counted: bool,
+    drop_spikes: bool,
+    supply_stated: bool,
+    supply_unknown: bool,
 ) -> None:
     """**Raises:** `RecordingError` for what cannot be asked for beside the rest."""
+    if step and moved:
+        raise RecordingError(
+            "--step says from which row on the input acts; leave --input-acts before and --input-holds out"
+        )
     if gaps and not stamped:
         raise RecordingError("--gap is between two time stamps; name their column (--time)")
     if drop_spikes and counted:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import typer
+from scipy.io import savemat
 from typer.testing import CliRunner
 
 from jaxmotor.cli._import import import_command
@@ -59,6 +60,12 @@ def test_rows_without_stamps_and_rows_that_are_left_out(imported):
     np.testing.assert_array_equal(recording.segments[0].volts, np.where(np.arange(ROWS - 3) < 5, 0.0, 3.0))
 
 
+def test_a_file_of_matlab_may_lack_it_too(tmp_path):
+    savemat(tmp_path / "log.mat", {"t": PERIOD_S * np.arange(ROWS), "w": SPEED})
+    recording = import_log(tmp_path / "log.mat", time="t", speed="w:rad/s", step_V=3.0, step_at_s=0.1)
+    np.testing.assert_array_equal(recording.segments[0].volts, np.where(np.arange(ROWS) < 5, 0.0, 3.0))
+
+
 def test_a_column_of_that_name_stays_what_it_is(imported):
     recording = imported(WITHOUT.replace("t,w", "step,w"), time="step", step_V=3.0)
     assert set(recording.segments[0].volts) == {3.0}
@@ -68,6 +75,8 @@ def test_a_column_of_that_name_stays_what_it_is(imported):
     ("stated", "said"),
     [
         ({"step_V": 3.0, "input": "w:V"}, "input and step_V both say"),
+        ({"step_V": 3.0, "input_acts": "before"}, "step_V says from which row on"),
+        ({"step_V": 3.0, "input_holds": True}, "step_V says from which row on"),
         ({"step_at_s": 1.0}, "state its voltage, too (step_V)"),
         ({"step_V": 0.0}, "step_V is 0; give the volts"),
         ({"step_V": np.nan}, "step_V is nan"),
