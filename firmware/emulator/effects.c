@@ -71,6 +71,7 @@ static const struct key {
     KEY(stiction, volts_V, REQUIRED, VOLTS),
     KEY(stiction, static_volts_V, REQUIRED, VOLTS),
     KEY(stiction, stribeck_speed_rad_s, REQUIRED, SPEED),
+    KEY(stiction, exponent, 2, 1, 2),
     KEY(quadratic_drag, volts_V_s2_rad2, REQUIRED, 0, 1e6),
     KEY(cogging, volts_V, REQUIRED, SIGNED_VOLTS),
     KEY(cogging, cycles_per_rev, REQUIRED, CYCLES),

@@ -22,7 +22,7 @@ struct parameters {
 
     // motion
     struct { int on; double volts_V; } coulomb_friction, load_torque;
-    struct { int on; double volts_V, static_volts_V, stribeck_speed_rad_s; } stiction;
+    struct { int on; double volts_V, static_volts_V, stribeck_speed_rad_s, exponent; } stiction;
     struct { int on; double volts_V_s2_rad2; } quadratic_drag;
     struct { int on; double volts_V, cycles_per_rev, phase_rad; } cogging;
     struct { int on; double rise_ratio, time_constant_s; } winding_heating;

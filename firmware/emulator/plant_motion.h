@@ -12,10 +12,11 @@ friction(const struct plant *p, double speed)
     const struct parameters *set = &p->set;
     double volts = set->coulomb_friction.volts_V;
     if (set->stiction.on) {
-        double x = speed / set->stiction.stribeck_speed_rad_s;
+        double x = fabs(speed) / set->stiction.stribeck_speed_rad_s;
+        double fall = set->stiction.exponent < 1.5 ? x : x * x;
         volts += set->stiction.volts_V;
-        if (x * x < 40)
-            volts += (set->stiction.static_volts_V - set->stiction.volts_V) * maths_exp(-x * x);
+        if (fall < 40)
+            volts += (set->stiction.static_volts_V - set->stiction.volts_V) * maths_exp(-fall);
     }
     return volts;
 }

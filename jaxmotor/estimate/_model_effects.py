@@ -71,7 +71,7 @@ def _read(item: Any) -> ReadEffect:
     unknown = next((key for key in values if key not in about), None)
     if unknown is not None:
         raise ValueError(f"effect {name} has no parameter {shown(unknown)}; it has {', '.join(about) or 'none'}")
-    numbers = {key: _value(name, key, values.get(key, about[key].get("absent")), about[key]["kind"]) for key in about}
+    numbers = {key: _value(name, key, values.get(key, about[key].get("absent")), about[key]) for key in about}
     effect = to_numpy(known[name].of(**numbers))
     return ReadEffect(effect, {key: _error(name, key, errors.get(key)) for key in about})
 
@@ -83,9 +83,12 @@ def _table(name: str, item: dict[str, Any], key: str) -> dict[str, Any]:
     return table or {}
 
 
-def _value(name: str, key: str, value: Any, kind: str) -> float:
+def _value(name: str, key: str, value: Any, about: dict[str, Any]) -> float:
+    kind, choices = about["kind"], about.get("choices", ())
     if not is_number(value):
         raise ValueError(f"effect {name}: {key} is {shown(value)}, not a number")
+    if choices and value not in choices:
+        raise ValueError(f"effect {name}: {key} is {value:g}; it is {' or '.join(f'{one:g}' for one in choices)}")
     if value <= 0 and kind == "range":
         raise ValueError(f"effect {name}: {key} is {value:g}; how far a curve reaches, and where it bends, is above 0")
     if value < 0 and kind in ("positive", "amplitude", "fixed"):

@@ -21,6 +21,24 @@ def test_what_is_in_the_motor_is_named(program, seed, tmp_path):
     assert found.average is None
 
 
+def test_static_friction_may_fall_like_an_exponential(tmp_path):
+    """A bell in its place leaves seven times the noise, and moves gain and pole by ten standard errors."""
+    log = draw_log("speed_loop", 83)
+    found = diagnose(imported(log, tmp_path / "loop"), effects=["stiction", "quadratic_drag", "missed_counts"])
+    [friction] = found.effects
+    assert friction.name == "stiction" and found.verdict == "extended"
+    motor, sizes, errors = log.motor, friction.parameters, friction.standard_error
+    volts_Nm = motor.torque_Nm_A / motor.resistance
+    true = {
+        "volts_V": motor.coulomb_Nm / volts_Nm,
+        "static_volts_V": (motor.coulomb_Nm + motor.static_Nm) / volts_Nm,
+        "stribeck_speed_rad_s": motor.slow_rad_s,
+    }
+    assert sizes["exponent"] == 1.0 and errors["exponent"] == 0.0
+    assert all(abs(sizes[name] - value) < 3 * errors[name] for name, value in true.items())
+    assert abs(float(found.motor.linear.pole) - motor.pole_rad_s) < 3 * found.standard_error["pole_rad_s"]
+
+
 @pytest.mark.parametrize("seed", [41, 42, 43, 47, 52, 59])
 def test_a_single_step_tells_the_pole_and_says_how_well(seed, tmp_path):
     """Nearly all of it is in one block of rows."""

@@ -22,9 +22,10 @@ def model(folder, effects, **others):
 @pytest.mark.parametrize("name", EFFECTS)
 def test_every_effect_comes_back(tmp_path, name):
     about = parameters(EFFECTS[name])
+    values = {key: one.get("choices", (0.1 * (index + 1),))[0] for index, (key, one) in enumerate(about.items())}
     entry = {
         "name": name,
-        "parameters": {key: 0.1 * (index + 1) for index, key in enumerate(about)},
+        "parameters": values,
         "standard_error": dict.fromkeys(about, 0.01),
         "held_out_gain_percent": 12.0,
         "rivals": [],
@@ -34,8 +35,8 @@ def test_every_effect_comes_back(tmp_path, name):
     again = read_model(tmp_path / "again.json")
     [effect] = again.effects
     assert effect.name == name
-    for index, key in enumerate(about):
-        assert float(getattr(effect, key)) == 0.1 * (index + 1)
+    for key, value in values.items():
+        assert float(getattr(effect, key)) == value
         assert again.effect_errors[0][key] == 0.01
     assert again.whole.effects == first.whole.effects or about
     assert float(again.motor.gain) == 10.6 and again.period_s == 0.005
@@ -50,6 +51,12 @@ def test_errors_may_be_unknown_and_effects_absent(tmp_path):
     assert model_to_json(found)["effects"][0]["standard_error"] == {"volts_V": None}
     (tmp_path / "linear.json").write_text(json.dumps(LINEAR))
     assert read_model(tmp_path / "linear.json").effects == ()
+
+
+def test_static_friction_of_before_it_had_an_exponent_falls_like_a_bell(tmp_path):
+    sizes = {"volts_V": 0.3, "static_volts_V": 0.5, "stribeck_speed_rad_s": 2.0}
+    [effect] = model(tmp_path, [{"name": "stiction", "parameters": sizes}]).effects
+    assert float(effect.exponent) == 2.0
 
 
 @pytest.mark.parametrize("curve", ["torque_over_speed", "voltage_over_command"])
@@ -90,6 +97,12 @@ GOOD = {"name": "coulomb_friction", "parameters": {"volts_V": 0.3}}
         [{"name": "coulomb_friction", "parameters": {"volts_V": -0.3}}],
         [{"name": "coulomb_friction", "parameters": {"volts_V": float("nan")}}],
         [{"name": "coulomb_friction", "parameters": {"volts_V": 0.3, "volt": 1}}],
+        [
+            {
+                "name": "stiction",
+                "parameters": {"volts_V": 0.3, "static_volts_V": 0.5, "stribeck_speed_rad_s": 2, "exponent": 1.7},
+            }
+        ],
         [{**GOOD, "standard_error": {"volts_V": -1}}],
         [{**GOOD, "standard_error": {"volts_V": "x"}}],
         [{**GOOD, "standard_error": []}, GOOD],

@@ -80,6 +80,7 @@ def parameter(
     spread: float = math.inf,
     absent: float | None = None,
     least: str | None = None,
+    choices: tuple[float, ...] = (),
 ) -> Any:
     """A parameter's field: its `unit`, its value without effect, where a fit starts, and how far it may be off;
     `absent` is its value in model files of before it was there.
@@ -87,11 +88,13 @@ def parameter(
     `kind` says how it is fitted: `positive` through its logarithm, `signed` as it is, `amplitude` and `phase` together
     as A cos φ and A sin φ (in which the law is linear), `fixed` not at all. Of a learned curve a `term` is fitted as it
     is, with `spread` that of its prior about zero; its `range` is how far it was learned. A `positive` one that is
-    never less than the parameter before it, `least`, is fitted through the logarithm of its ratio to that.
+    never less than the parameter before it, `least`, is fitted through the logarithm of its ratio to that. Where there
+    are `choices` it is one of these.
     """
     about = {"unit": unit, "kind": kind, "neutral": neutral, "start": start, "scale": scale, "spread": spread}
     about |= {} if absent is None else {"absent": absent}
     about |= {} if least is None else {"least": least}
+    about |= {"choices": choices} if choices else {}
     return eqx.field(metadata=about)
 
 
@@ -168,8 +171,9 @@ class AbstractEffect(eqx.Module):
 
     @classmethod
     def of(cls: type[E], **values: Any) -> E:
-        """The effect with these parameters; plain numbers will do."""
-        return cls(**to_jax({key: np.asarray(value, float) for key, value in values.items()}))
+        """The effect with these parameters; plain numbers will do. Those that came later may be left out."""
+        every = {key: about["absent"] for key, about in parameters(cls).items() if "absent" in about} | values
+        return cls(**to_jax({key: np.asarray(value, float) for key, value in every.items()}))
 
     @classmethod
     def neutral(cls: type[E]) -> E:

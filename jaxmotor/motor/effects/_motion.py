@@ -39,6 +39,9 @@ MOST_STATIC = 10.0
 """Static friction over the moving one. Dry and lubricated contacts have 1 to 2, rarely 3 [Armstrong-Helouvry, Dupont,
 Canudas de Wit 1994]; the teeth of a small rotor are held by its magnets, too, which as it turns averages out: the motor
 of a published log starts at 2.6 to 3.3 V and goes on at 0.54 V."""
+SHAPED, TUSTIN = 1.5, 0.76
+"""Exponent up to which static friction falls like an exponential; and the speed of that over the speed of the bell that
+is nearest to it, their heights aside (least squares over speeds)."""
 ARM_RAD = 1.0
 """Angle that a shaft must swing for a weight on an arm to differ from a constant load: by 12 % at the ends of it."""
 
@@ -70,7 +73,8 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
 
 
 class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
-    """sgn(w) (v + (vs - v) exp(-(w/ws)²)): static friction, larger than the friction in motion (Stribeck)."""
+    """sgn(w) (v + (vs - v) exp(-|w/ws|ⁿ)): static friction, larger than the friction in motion (Stribeck), which it falls
+    to like an exponential (n = 1, Tustin) or a bell (n = 2) [Armstrong-Hélouvry, Dupont, Canudas de Wit 1994]."""
 
     name: ClassVar[str] = "stiction"
     family: ClassVar[str] = "friction"
@@ -88,6 +92,8 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
     """vs, at rest [V]."""
     stribeck_speed_rad_s: Scalar = parameter("rad/s", "positive", neutral=1.0, start=2.0, scale=1.5)
     """ws [rad/s]."""
+    exponent: Scalar = parameter("1", "fixed", neutral=2.0, start=2.0, scale=1.0, absent=2.0, choices=(1.0, 2.0))
+    """n, 1 or 2."""
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
@@ -105,9 +111,17 @@ class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
         says, values = super().told()
         return CoulombFriction.says if self.is_special else says, values
 
+    def around(self, rig: Rig) -> tuple[AbstractEffect, ...]:
+        """With the other exponent, over about the same speeds."""
+        del rig
+        exponent, wider = (2.0, 1 / TUSTIN) if float(self.exponent) < SHAPED else (1.0, TUSTIN)
+        width = float(self.stribeck_speed_rad_s) * wider
+        return tuple(self.but(exponent=exponent, stribeck_speed_rad_s=factor * width) for factor in (0.7, 1.0, 1.4))
+
     def friction(self, speed: Scalar, angle: Scalar, time: Scalar) -> Scalar:
         del angle, time
-        near_rest = jnp.exp(-((speed / self.stribeck_speed_rad_s) ** 2))
+        ratio = jnp.abs(speed / self.stribeck_speed_rad_s)
+        near_rest = jnp.exp(-jnp.where(self.exponent < SHAPED, ratio, ratio**2))
         return self.volts_V + (self.static_volts_V - self.volts_V) * near_rest
 
 

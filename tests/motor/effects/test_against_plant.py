@@ -104,6 +104,11 @@ def test_effect_is_the_plants(name):
     check([name], TICK_RMS[name])
 
 
+def test_static_friction_may_fall_like_an_exponential(monkeypatch):
+    monkeypatch.setitem(SIZES, "stiction", SIZES["stiction"] | {"exponent": 1.0})
+    check(["stiction"], TICK_RMS["stiction"])
+
+
 @pytest.mark.parametrize("names", sorted(TOGETHER))
 def test_effects_together_are_the_plants(names):
     check(names.split("+"), TOGETHER[names])

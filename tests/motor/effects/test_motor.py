@@ -30,7 +30,7 @@ VOCABULARY = {
     "current_limit": ("drive", {"volts_V": "V"}),
     "electrical_pole": ("drive", {"time_constant_s": "s"}),
     "coulomb_friction": ("motion", {"volts_V": "V"}),
-    "stiction": ("motion", {"volts_V": "V", "static_volts_V": "V", "stribeck_speed_rad_s": "rad/s"}),
+    "stiction": ("motion", {"volts_V": "V", "static_volts_V": "V", "stribeck_speed_rad_s": "rad/s", "exponent": "1"}),
     "quadratic_drag": ("motion", {"volts_V_s2_rad2": "V s²/rad²"}),
     "cogging": ("motion", {"volts_V": "V", "cycles_per_rev": "1", "phase_rad": "rad"}),
     "load_torque": ("motion", {"volts_V": "V"}),
