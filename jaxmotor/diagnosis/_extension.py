@@ -62,7 +62,9 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
         return _beside_curves(search, _of_one_law(search, _of_known_laws(search, found)))
     for _ in range(MORE):
         before = set(found.fitted.names)
-        last(search.visited.fitted.get(frozenset(before), found.fitted))
+        own = search.visited.fitted.get(frozenset(before), found.fitted)
+        search.extend_learned(own)
+        last(own)
         found = search.as_found(search.visited.best())
         if is_explained(found.fitted):
             return _of_known_laws(search, found)

@@ -318,6 +318,12 @@ class Search:
         if self._is_new(least):
             self._extend([least], LATER)
 
+    def extend_learned(self, fitted: Fitted) -> None:
+        """Fit further effects beside a curve of `fitted`, if none was tried there: friction is in most motors, also in
+        those whose voltage is not in proportion."""
+        if _is_learned(fitted) and self._is_new(fitted):
+            self._extend([fitted], LATER)
+
     def _is_new(self, fitted: Fitted) -> bool:
         """`fitted` has room for a further effect, and none was tried beside it since it left much more: what is tried
         beside a motor that is stuck in a local minimum tells little."""
