@@ -48,6 +48,7 @@ def extended(search: Search, seen: Seen, is_explained: Callable[[Fitted], bool])
     def last(own: Fitted) -> None:
         starts = _starts(search, own, seen(own))
         _try(search, [own], starts, search.least(own, LEAST))
+        _in_place_of_laws(search, own, [start for start in starts if start.name in LEARNED])
         search.again([own])
         search.extend_least()
         if own is search.linear or search.explained.share_left(own, search.linear.chi2) < BESIDE:
