@@ -79,6 +79,7 @@ def _columns(solver: Solver, fitted: Fitted) -> list[np.ndarray]:
     turning = np.where(solver.trial.valid, np.asarray(batch.observed) - plain, 0.0)
     delays = [float(effect.delay()) for effect in fitted.motor.effects if isinstance(effect, AbstractDelayEffect)]
     turning = _earlier(turning, sum(delays) / float(np.median(np.asarray(batch.duration))))
+    turning = np.sign(float(fitted.motor.linear.gain)) * turning
     found = []
     for drive in drives(to_jax(volts), to_jax(np.asarray(batch.reset)), to_jax(turning)):
         other = Solver(under(solver.trial, to_jax(volts + SMALL * np.asarray(drive))))

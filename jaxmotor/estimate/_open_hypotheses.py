@@ -88,11 +88,11 @@ class OpenHypothesis(NamedTuple):
     @property
     def note(self) -> str:
         """What is open, what it would move, and the experiment that decides."""
-        moved = f"the gain would be up to {self.gain:.4g} rad/s/V and the pole {self.pole:.4g} rad/s"
+        moved = f"the gain would be {self.gain:.4g} rad/s/V and the pole {self.pole:.4g} rad/s"
         if self.anything:
             moved = "gain and pole are not determined"
         return (
-            f"this input does not show whether there is {self.phrase}: with up to {self.largest:.2g} "
+            f"this input does not show whether there is {self.phrase}: with as much as {self.largest:.2g} "
             f"{UNITS[self.name]} of it {moved}; to decide, {self.decide}"
         )
 

@@ -142,7 +142,7 @@ def _hidden(solution: Solution, at: Linearised, problem: Problem) -> Float[Array
     def along(lag: Float[Array, ""], drive: Float[Array, "sequence row"], lagging: Float[Array, ""]) -> Array:
         return jax.jvp(seen, (gain * volts + solution.psi[1], lag), (gain * drive, lagging))[1]
 
-    each = jnp.stack(drives(volts, reset, at.prediction))
+    each = jnp.stack(drives(volts, reset, jnp.sign(gain) * at.prediction))
     if isinstance(motor, SecondOrder):
         # One simulation, compiled once, tells of all.
         lagging = jnp.zeros(len(HIDDEN), gain.dtype).at[-1].set(1.0)
@@ -180,7 +180,8 @@ def lagging_of(
 def drives(
     volts: Float[Array, "sequence row"], reset: Bool[Array, "sequence row"], turning: Float[Array, "sequence row"]
 ) -> tuple[Float[Array, "sequence row"], ...]:
-    """The voltage that one unit of each of `HIDDEN` but the last adds, of a motor that turns by `turning` [units]."""
+    """The voltage that one unit of each of `HIDDEN` but the last adds, of a motor that turns by `turning` [units], the
+    way positive voltages turn it taken to be positive."""
     # A turn of less than a quarter count says nothing about the direction.
     turning = jnp.where(jnp.abs(turning) > 0.25, turning, 0.0)
     before = jnp.where(reset, 0.0, jnp.pad(volts[:, :-1], ((0, 0), (1, 0))))

@@ -42,7 +42,7 @@ def test_beside_an_effect_that_is_named():
     assert "delay" not in {one.name for one in found.open_hypotheses}
     assert found.allowed is not None and found.allowed.gain[0] < made.gain < found.allowed.gain[1]
     assert found.allowed.pole[0] < made.pole < found.allowed.pole[1]
-    assert sum("would be up to" in note for note in found.notes) == len(found.open_hypotheses)
+    assert sum("the gain would be" in note for note in found.notes) == len(found.open_hypotheses)
 
 
 def test_nothing_is_open_where_the_recording_decides():

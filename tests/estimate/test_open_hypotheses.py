@@ -45,6 +45,18 @@ def test_steps_of_one_height_leave_friction_open(law):
     assert content["open_hypotheses"][0]["unit"] == "V"
 
 
+def test_a_motor_that_turns_the_other_way_leaves_the_same_open():
+    """Friction is against the motion, whichever way a positive voltage turns it."""
+    made = case(np.random.default_rng(4), STEPS, "friction").recording
+    turned = [dataclasses.replace(one, volts=-one.volts) for one in made.segments]
+    fit, other = identify(made), identify(dataclasses.replace(made, segments=tuple(turned)))
+    assert fit.allowed is not None and other.allowed is not None
+    assert float(other.motor.gain) == pytest.approx(-float(fit.motor.gain), rel=1e-6)
+    assert other.allowed.gain == pytest.approx([-end for end in reversed(fit.allowed.gain)], rel=1e-3)
+    assert other.allowed.pole == pytest.approx(fit.allowed.pole, rel=1e-3)
+    assert [one.name for one in other.open_hypotheses] == [one.name for one in fit.open_hypotheses]
+
+
 @pytest.mark.parametrize(
     "volts, several",
     [
@@ -126,7 +138,7 @@ def test_of_a_law_beyond_any_motor_no_size_is_told(volts, told):
     assert told in sentence
 
 
-@pytest.mark.parametrize(("moves", "told"), [(0.5, "would be up to"), (40.0, "gain and pole are not determined")])
+@pytest.mark.parametrize(("moves", "told"), [(0.5, "the gain would be"), (40.0, "gain and pole are not determined")])
 def test_beyond_first_order_no_motor_is_told(moves, told):
     packed, shift = pack(bundled("paper"), (0, 1, 2)), np.array([0.1, moves])
     beside = Beside((), (Hidden("delay", 0.1, 0.05, shift, shift),))
