@@ -14,6 +14,8 @@ MAX_BYTES = 400_000_000
 MAX_ROWS = 2_000_000
 """Longer files are refused unparsed."""
 
+WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+"""How Excel's files begin, today's and those of before."""
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 """A finite number as text."""
 
@@ -54,6 +56,8 @@ def text_of(data: bytes, source: str) -> str:
     """
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise RecordingError(f"{source}: the file is UTF-16; save it as UTF-8 text")
+    if data.startswith(WORKBOOKS):
+        raise RecordingError(f"{source}: an Excel workbook, or another archive; save its sheet as CSV")
     data = data.removeprefix(b"\xef\xbb\xbf")
     if (zero := data.find(b"\0")) >= 0:
         raise fault(source, _line_at(data, zero), "binary data; give a text file, this one is damaged or another kind")

@@ -235,6 +235,7 @@ def test_no_columns_no_rows():
     "data, reason",
     [
         (b"t,u,y\n0,1,2\n", "jaxmotor import"),
+        (b"PK\x03\x04\x14\0\x06\0\x08\0", "save its sheet as CSV"),
         (b"\x89PNG\r\n\x1a\n\0\0\0", "binary"),
         (b"\xff\xfe#\0 \0", "UTF-16"),
         (b"\xe9\xe8 caf\xe9\n", "UTF-8"),
