@@ -24,6 +24,9 @@ from jaxmotor.motor.effects._base import (
     parameter,
 )
 
+MOST_ROWS_LATE, BEYOND = 20.0, 2.0
+"""Rows up to which any delay is sought; and how many times as long as what is sought one may be."""
+
 
 class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
     """u(t - d): the voltage acts late, by any fraction of a tick."""
@@ -46,8 +49,13 @@ class TransportDelay(AbstractDriveEffect, AbstractDelayEffect):
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         longest = LONGEST_DELAY_S / rig.period_s
         longer = itertools.takewhile(lambda ticks: ticks < longest, (34.0 * 1.7**k for k in itertools.count()))
-        ticks = (0.3, 0.8, 1.4, 2.2, 4.0, 7.0, 12.0, 20.0, *longer)
+        ticks = (0.3, 0.8, 1.4, 2.2, 4.0, 7.0, 12.0, MOST_ROWS_LATE, *longer)
         return tuple(cls.of(delay_s=number * rig.period_s) for number in ticks)
+
+    def possible(self, rig: Rig) -> bool:
+        """Fits lead beyond the longest that is sought where a reading hangs: no command is so late."""
+        longest_s = max(LONGEST_DELAY_S, MOST_ROWS_LATE * rig.period_s)
+        return super().possible(rig) and float(self.delay_s) <= BEYOND * longest_s
 
     def delay(self) -> Scalar:
         return self.delay_s
