@@ -25,6 +25,7 @@ from jaxmotor.motor.effects import (
     OF_LOG,
     AbstractDisturbance,
     AbstractEffect,
+    AbstractLearnedEffect,
     AbstractStepInTime,
     parameters,
 )
@@ -134,13 +135,17 @@ def _beside_curves(search: Search, found: Found) -> Found:
 
 def _in_place_of_laws(search: Search, own: Fitted, curves: list[AbstractEffect]) -> None:
     """Fit each of `curves` in the place of the laws of `own` that it contains: what else over their coordinate would do
-    as well."""
+    as well. Also from one that is such a law: over the angle a fit from none ends in a local minimum, where the shaft
+    stops at another place."""
     for curve in curves:
         inside = set(search.relations.simpler(curve.name)).intersection(own.names)
         if inside:
-            rest = own.motor
-            for name in inside:
-                rest = without_effect(rest, name)
+            rest, alike = own.motor, curve
+            for effect in (effect for effect in own.motor.effects if effect.name in inside):
+                rest = without_effect(rest, effect.name)
+                alike = alike.like(effect) if isinstance(alike, AbstractLearnedEffect) else alike
+            if alike is not curve:
+                search.visited.keep([search.solver.fit(with_effect(rest, alike), own, COARSE)])
             known = search.visited.fitted.get(frozenset(own.names) - inside)
             base = search.solver.fit(rest, own, COARSE) if known is None else known
             _try(search, [base], [curve], FAR * search.visited.best().chi2)

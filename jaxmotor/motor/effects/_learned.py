@@ -92,6 +92,11 @@ class AbstractLearnedEffect(AbstractEffect):
         about = parameters(self)
         return {name: float(getattr(self, name)) for name in about if about[name]["kind"] == "term"}
 
+    def like(self, law: AbstractEffect) -> "AbstractLearnedEffect":
+        """It as `law`, which it contains, where a term of its own is that; else as it is."""
+        del law
+        return self
+
     @abc.abstractmethod
     def adds(self, at: Scalar) -> Scalar:
         """What it adds, in its unit, at places [rad/s, V, rad, s] of its coordinate: to the commanded voltage, or to
@@ -212,6 +217,9 @@ class TorqueOverAngle(AbstractMotionEffect, AbstractTorqueEffect, AbstractLearne
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
         return (cls.start(),) if rig.turns else ()
 
+    def like(self, law: AbstractEffect) -> "AbstractLearnedEffect":
+        return _as_wave(self, law, tuple(f"c{term}_V" for term in range(1, TERMS + 1)))
+
     def resists(self, speed: Scalar, angle: Scalar) -> Scalar:
         del speed
         return _turned(self.series, angle, self.c0_V)
@@ -327,6 +335,9 @@ class ReadingOverAngle(AbstractSensorEffect, AbstractAngleSensorEffect, Abstract
         misread = [n * math.hypot(*wave) for n, wave in enumerate(zip(each[::2], each[1::2], strict=True), start=1)]
         return super().possible(rig) and max(misread) < MOST_MISREAD
 
+    def like(self, law: AbstractEffect) -> "AbstractLearnedEffect":
+        return _as_wave(self, law, tuple(self.numbers))
+
     def error(self, angle: Scalar) -> Scalar:
         return _turned(self.coefficients, angle, jnp.zeros_like(angle))
 
@@ -350,6 +361,18 @@ LEARNED = {
 
 AT_ZERO = tuple(float(round(math.cos(0.5 * math.pi * term))) for term in range(1, TERMS + 1))
 """T_k(0)"""
+
+
+def _as_wave(curve: AbstractLearnedEffect, law: AbstractEffect, waves: tuple[str, ...]) -> AbstractLearnedEffect:
+    """`curve`, whose terms over the angle are `waves` (cos θ, sin θ, cos 2θ, ...), as `law`, A sin(nθ + φ), if that is
+    one of them."""
+    sizes = [name for name, about in parameters(law).items() if about["kind"] == "amplitude"]
+    cycles = round(float(getattr(law, "cycles_per_rev", 0.0)))
+    if len(sizes) != 1 or not 0 < 2 * cycles <= len(waves):
+        return curve
+    size, phase_rad = float(getattr(law, sizes[0])), float(getattr(law, "phase_rad", 0.0))
+    along, across = waves[2 * cycles - 2 : 2 * cycles]
+    return curve.but(**{along: size * math.sin(phase_rad), across: size * math.cos(phase_rad)})
 
 
 def _turned(waves: tuple[Scalar, ...], angle: Scalar, total: Scalar) -> Scalar:

@@ -73,8 +73,11 @@ class CoulombFriction(AbstractMotionEffect, AbstractFrictionEffect):
 
 
 class Stiction(AbstractMotionEffect, AbstractFrictionEffect):
-    """sgn(w) (v + (vs - v) exp(-|w/ws|ⁿ)): static friction, larger than the friction in motion (Stribeck), which it falls
-    to like an exponential (n = 1, Tustin) or a bell (n = 2) [Armstrong-Hélouvry, Dupont, Canudas de Wit 1994]."""
+    """sgn(w) (v + (vs - v) exp(-|w/ws|ⁿ)): static friction, larger than the friction in motion (Stribeck).
+
+    It falls to that like an exponential (n = 1, Tustin) or a bell (n = 2); both are in use [Armstrong-Hélouvry, Dupont,
+    Canudas de Wit 1994].
+    """
 
     name: ClassVar[str] = "stiction"
     family: ClassVar[str] = "friction"
