@@ -58,7 +58,8 @@ def test_every_effect_is_a_sentence_with_its_parameters(name):
     text, about = sentence(found_effect(name)), parameters(EFFECTS[name])
     measured = [key for key, what in about.items() if what["kind"] not in ("fixed", "phase") or what["unit"] == "V"]
     assert text.count("±") == len(measured) and not set(text) & set("{}_")
-    assert all("{" + key + "}" in EFFECTS[name].says for key in about if key != "phase_rad")
+    sizes = [key for key, what in about.items() if key != "phase_rad" and "choices" not in what]
+    assert all("{" + key + "}" in EFFECTS[name].says for key in sizes)
     assert text[0].islower() and text[-1] != "."
     advice = EFFECTS[name].advice
     assert advice[0].isupper() and advice[-1] == "." and advice.count(".") == 1
