@@ -307,3 +307,12 @@ def test_delays_are_sought_up_to_the_longest(period_s):
     starts = TransportDelay.starts(RIG._replace(period_s=period_s))
     delays = [float(start.delay_s) for start in starts]
     assert delays == sorted(delays) and 0.5 * LONGEST_DELAY_S < delays[-1] < LONGEST_DELAY_S
+
+
+@pytest.mark.parametrize(("period_s", "longest_s"), [(4e-3, 1.0), (0.1, 4.0)])
+def test_no_command_is_as_late_as_a_reading_that_hangs(period_s, longest_s):
+    """Twice what is sought, half a second or twenty rows; in a log whose reading hung a fit went on to 7 s."""
+    rig = RIG._replace(period_s=period_s)
+    assert all(start.possible(rig) for start in TransportDelay.starts(rig))
+    assert TransportDelay.of(delay_s=0.99 * longest_s).possible(rig)
+    assert not TransportDelay.of(delay_s=1.01 * longest_s).possible(rig)
