@@ -285,6 +285,8 @@ def warn_spikes(recording: Recording) -> list[str]:
     segment, measured = recording.segments[index], recording.measured
     more = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
     unit, why = ("rad/s", "a counter that wraps, or a spike") if measured == "speed" else ("rad", "a lost reading")
+    if measured == "speed" and not segment.shaft[row]:
+        why = "a program that prints 0 for a row without a pulse"
     lasts = "that row only" if rows == 1 else f"that row and the next{'' if rows == 2 else f' {rows - 1}'} only"
     return [
         f"the {measured} of segment {index} at {when(segment, row)} is {segment.shaft[row]:.4g} {unit}, for {lasts}"

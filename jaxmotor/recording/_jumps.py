@@ -17,6 +17,8 @@ where the speed goes back while the voltage stays: up to three rows are told whe
 more than 8 times what the next two rows bring, and nearly all do under a voltage that stays, and that were entered by
 one the other way. So it is with an angle that is off for one row: it is more than 8 times as far from the straight line
 between its neighbours as nearly all rows are, and what these are off is what that one makes of them.
+A speed of 0 for up to three rows under a voltage that stays, between speeds one way that are more than 4 times the
+smallest, is that of a row without a pulse, where there are many such rows, and hardly any with little in place of 0.
 """
 
 from typing import NamedTuple
@@ -36,6 +38,10 @@ USUAL = 0.97
 changes of a speed."""
 FEW = 3
 """Rows that a wrong speed lasts at most."""
+MANY = 10
+"""Rows without a pulse that show what a program prints for them."""
+PULSES = 4.0
+"""Times the smallest speed, from which the next row's is not 0 as that of counts per row may be."""
 LOST = 1.5
 """Times the usual length of a row, from which rows were lost."""
 WIDTHS = (16, 24, 32)
@@ -117,9 +123,40 @@ def follows_at_once(segment: Segment) -> np.ndarray:
 
 
 def _speed_spikes(recording: Recording) -> list[Spike]:
-    there_and_back = _there_and_back(recording)
-    told = {(one.segment, one.row + k) for one in there_and_back for k in range(one.rows)}
-    return sorted([*there_and_back, *(one for one in _far_above(recording) if (one.segment, one.row) not in told)])
+    told: dict[tuple[int, int], Spike] = {}
+    for one in (*_without_pulse(recording), *_there_and_back(recording), *_far_above(recording)):
+        if not any((one.segment, one.row + k) in told for k in range(one.rows)):
+            told |= {(one.segment, one.row + k): one for k in range(one.rows)}
+    return sorted(set(told.values()))
+
+
+def _without_pulse(recording: Recording) -> list[Spike]:
+    """Up to `FEW` rows of speed 0 between much faster ones, if there are many."""
+    sizes = np.abs(np.concatenate([segment.shaft[segment.read] for segment in recording.segments]))
+    least = PULSES * float(sizes[sizes > 0].min(initial=np.inf))
+    zeros, small = [], 0
+    for index, segment in enumerate(recording.segments):
+        for spike in _dips(index, segment, least):
+            is_zero = not segment.shaft[spike.row : spike.row + spike.rows].any()
+            zeros += [spike] if is_zero else []
+            small += not is_zero
+    return zeros if len(zeros) >= MANY and small <= (1 - USUAL) * len(zeros) else []
+
+
+def _dips(index: int, segment: Segment, least: float) -> list[Spike]:
+    """Up to `FEW` rows under one voltage that are slower than half of `least` [rad/s], between two that are faster than
+    it, one way."""
+    speed, slow = segment.shaft.astype(np.float64), np.abs(segment.shaft) < least / 2
+    changes = np.flatnonzero(np.diff(slow, prepend=False, append=False))
+    same = (segment.volts[1:] == segment.volts[:-1]) & follows_at_once(segment)
+    found = []
+    for row, end in changes.reshape(-1, 2).tolist():
+        if row == 0 or end == len(speed) or end - row > FEW or not same[row - 1 : end].all():
+            continue
+        before, after = speed[row - 1], speed[end]
+        if np.sign(before) == np.sign(after) and min(abs(before), abs(after)) > least:
+            found.append(Spike(index, row, end - row))
+    return found
 
 
 def _there_and_back(recording: Recording) -> list[Spike]:

@@ -49,6 +49,32 @@ def test_their_rows_are_as_if_they_were_empty(tmp_path, spike):
     np.testing.assert_array_equal(read(tmp_path / "written.csv").segments[0].unread, one.unread)
 
 
+@pytest.mark.parametrize("printed", [0.0, 0.002])
+def test_rows_without_a_pulse_have_no_speed(tmp_path, printed):
+    """Magnets pass the sensor every 25 ms at 12 rad/s, and the program prints every 20 ms. That it prints 0 alone, and
+    nothing that is nearly 0, is what tells such rows from a motor that sticks."""
+    pulses = np.floor(ANGLE / (12 * 0.025))
+    none = (np.diff(pulses, prepend=0) == 0) & (ANGLE > 8)
+    speed = np.where(none, np.where(np.arange(ROWS) % 2, printed, 0.0), np.maximum(SPEED, 0.1))
+    log = imported(tmp_path, text_of(speed), speed="y:rad/s")
+    said = [note for note in check(log) if "without a pulse" in note]
+    dropped = imported(tmp_path, text_of(speed), speed="y:rad/s", drop_spikes=True).segments[0]
+    if printed:
+        assert not said and dropped.unread is None
+        return
+    [note] = said
+    assert "is 0 rad/s, for that row only (and " in note and "--drop-spikes" in note
+    np.testing.assert_array_equal(dropped.unread, none)
+
+
+@pytest.mark.parametrize("most", [1, 3])
+def test_a_slow_motor_has_rows_without_a_count(tmp_path, most):
+    """0 and one, two or three counts by turns are how slow speeds look."""
+    counts = np.random.default_rng(1).integers(0, most + 1, ROWS) * (VOLTS > 0)
+    log = imported(tmp_path, text_of(counts * 0.3), speed="y:rad/s", drop_spikes=True)
+    assert log.segments[0].unread is None
+
+
 def test_an_angle_that_was_lost_is_left_out(tmp_path):
     cells = ANGLE.copy()
     cells[150] = 0.0
