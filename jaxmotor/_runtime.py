@@ -22,15 +22,29 @@ def keep_programs(threads: bool = True) -> None:
     """Make what follows as fast as on the command line: for scripts and notebooks, to be called first of all.
 
     Compiled programs are kept in the user's cache folder (`$JAXMOTOR_CACHE` names another, an empty value none), loops
-    are compiled whole, and with `threads` fits run side by side. These are settings of the whole process: `XLA_FLAGS`,
-    unless something like it is set, and three of JAX's. Once JAX has computed something, it has read the first.
+    are compiled whole, numpy's products are computed by the thread that asks for them, and with `threads` fits run side
+    by side. These are settings of the whole process: `XLA_FLAGS` and `OPENBLAS_NUM_THREADS`, unless something like them
+    is set, numpy's, and three of JAX's. Once JAX has computed something, it has read the first.
     """
+    _let_products_alone()
     flags = os.environ.get("XLA_FLAGS", "")
     if "xla_backend_extra_options" not in flags:
         os.environ["XLA_FLAGS"] = f"{flags} {WHOLE_LOOPS}".strip()
     _use_compilation_cache()
     if threads:
         _let_threads_compute()
+
+
+def _let_products_alone() -> None:
+    """Threads that share a product of small matrices wait for each other in a loop that takes a core each. On cores that
+    have other work, too, a product of one millisecond so takes two hundred."""
+    if "OPENBLAS_NUM_THREADS" in os.environ:
+        return
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # for what is yet to be loaded
+    if "numpy" in sys.modules:
+        import threadpoolctl
+
+        threadpoolctl.threadpool_limits(1, user_api="blas")
 
 
 def _use_compilation_cache() -> None:

@@ -78,6 +78,20 @@ def test_a_copy_of_the_package_has_the_same_programs_until_it_is_changed(tmp_pat
     assert _programs._sources.__wrapped__() != own
 
 
+@pytest.mark.parametrize("first", ["import numpy, jaxmotor as jm", "import jaxmotor as jm"])
+@pytest.mark.parametrize("own", [None, "2"])
+def test_products_are_computed_by_the_thread_that_asks(first, own):
+    """But where the user has said otherwise."""
+    code = (
+        f"{first}; jm.keep_programs(); import numpy, scipy.linalg, threadpoolctl;"
+        "print({one['num_threads'] for one in threadpoolctl.threadpool_info() if one['user_api'] == 'blas'})"
+    )
+    told = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    told |= {"OPENBLAS_NUM_THREADS": own} if own else {}
+    said = subprocess.run([sys.executable, "-c", code], env=told, capture_output=True, text=True, check=True).stdout
+    assert said.strip() == f"{{{min(int(own or 1), os.cpu_count() or 1)}}}"
+
+
 def test_kept_programs_serve_the_next_session(tmp_path):
     code = (
         "import os, jaxmotor as jm; assert 'XLA_FLAGS' not in os.environ; jm.keep_programs();"

@@ -127,7 +127,9 @@ def diagnose(
         experiments=_experiments(study, found.fitted, indistinguishable, {one.name for one in every if one.is_told}),
         notes=_once(
             *_notes(
-                _of_linear(fit, recording, study) if verdict == "unexplained" else check(study.recording),
+                _of_linear(fit, recording, study)
+                if verdict == "unexplained" and not found.named
+                else check(study.recording),
                 held,
                 found,
                 every,
