@@ -36,8 +36,8 @@ def keep_programs(threads: bool = True) -> None:
 
 
 def _let_products_alone() -> None:
-    """Threads that share a product of small matrices wait for each other in a loop that takes a core each. On cores that
-    have other work, too, a product of one millisecond so takes two hundred."""
+    """Threads that share a product of small matrices wait for each other in a loop that takes a core each. On cores
+    that have other work, too, a product of one millisecond so takes two hundred."""
     if "OPENBLAS_NUM_THREADS" in os.environ:
         return
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # for what is yet to be loaded

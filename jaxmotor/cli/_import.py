@@ -26,7 +26,9 @@ def import_command(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="CSV, MATLAB file or SysId JSON to import.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Recording to write.")],
     time: Annotated[str | None, typer.Option(metavar="COL[:s|ms|us|ns]", help="Time stamps.")] = None,
-    input: Annotated[str | None, typer.Option(metavar="COL:V|mV|duty:FULL|percent", help="What was applied.")] = None,
+    input: Annotated[
+        str | None, typer.Option(metavar="COL:V|mV|duty:FULL[@ZERO]|percent", help="What was applied.")
+    ] = None,
     step: Annotated[
         float | None, typer.Option(metavar="V", help="No column has the input: so many volts, from the first row on.")
     ] = None,

@@ -78,9 +78,9 @@ def import_log(
     """The recording in the CSV or MATLAB file at `path`, whose columns and units are stated.
 
     `time` is `COL[:s|ms|us|ns]`, `t_s:s` unless stated; rows of a log without time stamps are `period_s` [s] apart.
-    `input` is `COL:V` (`u_V:V` unless stated), `COL:mV`, `COL:duty:FULL` or `COL:percent`, of which the last two need a
-    supply. Where no column has it, it is one step: `step_V` [V] from the first row of each segment on, or from the
-    first that is `step_at_s` [s] later, and 0 V before.
+    `input` is `COL:V` (`u_V:V` unless stated), `COL:mV`, `COL:duty:FULL`, `COL:duty:FULL@ZERO` (ZERO is no voltage) or
+    `COL:percent`, of which the last three need a supply. Where no column has it, it is one step: `step_V` [V] from the
+    first row of each segment on, or from the first that is `step_at_s` [s] later, and 0 V before.
 
     Exactly one of `speed` (`COL:UNIT`), `angle` (`COL:UNIT`), `count` (`COL`, a running counter) and
     `pulses` (`COL`, the counts since the row before) is given. `wrap` is the width [bit] of a counter that wraps, or
@@ -409,13 +409,18 @@ def input_of(
             "duty and percent need the supply voltage to become volts (--supply); where nobody knows it, "
             "--supply-unknown"
         )
-    beyond = np.abs(values) > stated.full_scale
+    beyond = np.abs(values - stated.zero) > abs(stated.full_scale)
     if beyond.any():
         row = int(np.argmax(beyond))
-        sentence = f"{stated.column} is {values[row]:g}, beyond the full scale of {stated.full_scale:g}; state another"
-        raise table.fault(row, sentence)
-    duty, full = table.integers(stated.column), stated.full_scale
-    if duty is None and as_duty:
+        scale = f"{abs(stated.full_scale):g}{f' around {stated.zero:g}' if stated.zero else ''}"
+        raise table.fault(row, f"{stated.column} is {values[row]:g}, beyond the full scale of {scale}; state another")
+    # Where the value of the supply is below that of no voltage, duties are counted downward.
+    sign, full = (1 if stated.full_scale > 0 else -1), abs(stated.full_scale)
+    values = sign * (values - stated.zero)
+    duty = table.integers(stated.column) if stated.zero.is_integer() else None
+    if duty is not None:
+        duty = sign * (duty - int(stated.zero))
+    elif as_duty:
         finer = 10.0 ** min(max(round(-np.log10(table.resolution(stated.column))), 0), FINEST_DUTY)
         duty, full = np.rint(values * finer).astype(np.int64), full * finer
     if duty is None:

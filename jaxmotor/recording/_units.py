@@ -119,42 +119,53 @@ def split_unit(text: str, columns: list[str], what: str) -> tuple[str, str]:
 
 @dataclasses.dataclass(frozen=True)
 class Input:
-    """How a column becomes volts: `value / full_scale` of the supply, or `value * volts_per_unit`."""
+    """How a column becomes volts: `(value - zero) / full_scale` of the supply, or `value * volts_per_unit`."""
 
     column: str
     volts_per_unit: float = 1.0
     full_scale: float | None = None
-    """The value that means the whole supply; None where the column is a voltage."""
+    """By how much the value that means the whole supply is above `zero`; None where the column is a voltage."""
+    zero: float = 0.0
+    """The value that means no voltage."""
 
 
 _DUTY = re.compile(r"(.*):duty:([^:]*)", re.DOTALL)
 
 
 def split_input(text: str, columns: list[str]) -> Input:
-    """What `COL:V`, `COL:mV`, either with a number before the unit, `COL:duty:FULL` or `COL:percent` says.
+    """What `COL:V`, `COL:mV`, either with a number before the unit, `COL:duty:FULL`, `COL:duty:FULL@ZERO` or
+    `COL:percent` says.
 
     **Raises:** `RecordingError`.
     """
     duty = _DUTY.fullmatch(text)
     if duty:
-        return Input(existing(duty[1], columns), full_scale=_full_scale(duty[2]))
+        full_scale, zero = _full_scale(duty[2])
+        return Input(existing(duty[1], columns), full_scale=full_scale, zero=zero)
     name, unit = split_unit(text, columns, "the input")
     if unit == "percent":
         return Input(name, full_scale=100.0)
     factor, volts = split_factor(unit)
     if volts in VOLTS:
         return Input(name, volts_per_unit=factor * VOLTS[volts])
-    raise RecordingError(f"the input unit {unit!r} is not known; it is one of V, mV, duty:FULL, percent")
+    raise RecordingError(
+        f"the input unit {unit!r} is not known; it is one of V, mV, duty:FULL, duty:FULL@ZERO, percent"
+    )
 
 
-def _full_scale(text: str) -> float:
+def _full_scale(text: str) -> tuple[float, float]:
+    """Of `FULL` or `FULL@ZERO`: by how much the value of the whole supply is above that of no voltage, and the latter."""
+    full, at, zero = text.partition("@")
     try:
-        value = float(text)
+        value, none = float(full), float(zero) if at else 0.0
     except ValueError:
-        value = math.nan
-    if not 0 < value < math.inf:
-        raise RecordingError(f"the full scale {text!r} of the duty is no positive number; give COLUMN:duty:FULL")
-    return value
+        value = none = math.nan
+    if not (math.isfinite(value - none) and value != none) or (value < 0 and not at):
+        raise RecordingError(
+            f"the full scale {text!r} of the duty is no positive number; give COLUMN:duty:FULL, or "
+            "COLUMN:duty:FULL@ZERO where ZERO means no voltage"
+        )
+    return value - none, none
 
 
 def existing(name: str, columns: list[str]) -> str:

@@ -104,6 +104,27 @@ def test_input_units(imported, unit, factor):
     assert (recording.segments[0].duty is None) == (unit in ("V", "mV"))
 
 
+@pytest.mark.parametrize(
+    "unit, zero, full, whole",
+    [
+        ("duty:2000@1500", 1500, 500, True),
+        ("duty:127@64", 64, 63, True),
+        ("duty:-1@1", 1, -2, True),
+        ("duty:255@127.5", 127.5, 127.5, False),
+    ],
+)
+def test_no_voltage_may_have_a_number(imported, unit, zero, full, whole):
+    share = np.array([0, 0, 0.6, 0.6, -0.6])
+    written = np.rint(zero + share * full) if whole else zero + share * full
+    rows = [f"{0.02 * row},{one:g},{row}" for row, one in enumerate(written)]
+    recording = imported("\n".join(["t_s,us,speed", *rows]), input=f"us:{unit}", supply_V=12.0, speed="speed:rpm")
+    [segment] = recording.segments
+    np.testing.assert_allclose(segment.volts, (written - zero) / full * 12, rtol=1e-14)
+    assert (segment.duty is not None) == whole == (recording.duty_full_scale == abs(full))
+    if whole:
+        np.testing.assert_array_equal(segment.duty, np.sign(full) * (written - zero))
+
+
 def test_fractional_duty_becomes_volts(imported):
     recording = imported(LOG.replace("3,", "0.3,"), input="u_V:duty:1", supply_V=10, speed="speed:rpm")
     assert recording.segments[0].duty is None and recording.duty_full_scale is None
@@ -199,7 +220,11 @@ def test_bad_logs(refused, log):
         ({"speed": "speed:rpm", "input": "u_V:duty:4"}, "supply_V"),
         ({"speed": "speed:rpm", "input": "u_V:percent"}, "supply_V"),
         ({"speed": "speed:rpm", "input": "u_V:duty:x", "supply_V": 1}, "no positive number"),
+        ({"speed": "speed:rpm", "input": "u_V:duty:-5", "supply_V": 1}, "no positive number"),
+        ({"speed": "speed:rpm", "input": "u_V:duty:5@5", "supply_V": 1}, "no positive number"),
+        ({"speed": "speed:rpm", "input": "u_V:duty:5@", "supply_V": 1}, "COLUMN:duty:FULL@ZERO where"),
         ({"speed": "speed:rpm", "input": "u_V:duty:2", "supply_V": 1}, "line 5: u_V is 3, beyond"),
+        ({"speed": "speed:rpm", "input": "u_V:duty:4@2", "supply_V": 1}, "-3, beyond the full scale of 2 around 2"),
         ({"speed": "speed:rpm", "time": "t_s:h"}, "'h' is not known"),
         ({"speed": "speed:rpm", "time": "t"}, "no column 't'"),
         ({"speed": "speed:rpm", "segment": "trial"}, "no column 'trial'"),
