@@ -20,7 +20,7 @@ from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._timed import TIE, timed
 from jaxmotor.diagnosis._trial import rig_of
-from jaxmotor.diagnosis._visited import EQUAL, FAR
+from jaxmotor.diagnosis._visited import EQUAL, FAR, Names
 from jaxmotor.diagnosis._window import (
     LAG,
     average_of,
@@ -35,7 +35,7 @@ from jaxmotor.diagnosis._window import (
 )
 from jaxmotor.estimate import Fit, SpeedAverage, stated
 from jaxmotor.motor import Motor
-from jaxmotor.motor.effects import LEARNED, AbstractDisturbance, SpeedWindow, TimingOffset
+from jaxmotor.motor.effects import LEARNED, TERMS, AbstractDisturbance, SpeedWindow, TimingOffset
 from jaxmotor.prediction import rounding_level
 from jaxmotor.recording import Recording
 
@@ -263,7 +263,8 @@ def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
 def _carried_over(known: _Searched) -> _Searched:
     """`known`, without the curves of the likeliest motor that has some if it is about as likely as the likeliest one
     without, or likelier, and predicts rows which it was not fitted to far worse: where segments have levels of their
-    own a curve may pass through each, and blocks of rows that are left out do not tell."""
+    own a curve may pass through each, and blocks of rows that are left out do not tell. A curve over few voltages, in
+    the place of a law that it contains, goes if it only predicts them no better."""
     visited, linear = known.search.visited, known.search.linear
     weight, (law, *_) = visited.weights(), visited.without(LEARNED)
     curved = max((names for names in weight if names & LEARNED.keys()), key=weight.__getitem__, default=None)
@@ -274,10 +275,20 @@ def _carried_over(known: _Searched) -> _Searched:
         held.after.drift if one.names == known.found.fitted.names else held.drift(one.motor, one)
         for one in (law, visited.fitted[curved])
     ]
-    if not held.own or drifts[1] < FAR * drifts[0]:
+    worse = 1.0 if _passes_through_each(known.search, frozenset(law.names), curved) else FAR
+    if not held.own or drifts[1] < worse * drifts[0]:
         return known
     visited.forget(LEARNED.keys() & curved)
     return _carried_over(known._replace(found=known.search.as_found(law)))
+
+
+def _passes_through_each(search: Search, laws: Names, curved: Names) -> bool:
+    """What `curved` has more than `laws` is a curve over the voltage in the place of laws that it contains, with a term
+    for each voltage that was applied."""
+    [*curves], instead = curved - laws, laws - curved
+    if len(curves) != 1 or not instead or len(search.rig.volts_V) > TERMS:
+        return False
+    return LEARNED[curves[0]].over == "voltage" and instead <= {*search.relations.simpler(curves[0])}
 
 
 def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:

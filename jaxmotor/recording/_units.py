@@ -154,7 +154,7 @@ def split_input(text: str, columns: list[str]) -> Input:
 
 
 def _full_scale(text: str) -> tuple[float, float]:
-    """Of `FULL` or `FULL@ZERO`: by how much the value of the whole supply is above that of no voltage, and the latter."""
+    """Of `FULL` or `FULL@ZERO`: how far the value of the whole supply is above that of no voltage, and the latter."""
     full, at, zero = text.partition("@")
     try:
         value, none = float(full), float(zero) if at else 0.0

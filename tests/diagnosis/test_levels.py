@@ -1,5 +1,7 @@
 """A drive that is bent at both ends, driven at two levels in each segment: a curve may pass through each level."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -20,29 +22,42 @@ APART_V = (3.1, 2.0, 8.7, 3.6, 2.6, 8.2, 4.0, 2.9, 8.9)
 """Those of held-out segments, each third one, are far from the others."""
 
 
+def bent(volts: np.ndarray, dead_V: float = DEAD_V, most_V: float = MOST_V) -> np.ndarray:
+    return np.clip(np.sign(volts) * np.maximum(np.abs(volts) - dead_V, 0.0), -most_V, most_V)
+
+
 def switched(
     height_V: float,
     start_s: float,
     rng: np.random.Generator,
-    dead_V: float = DEAD_V,
-    most_V: float = MOST_V,
+    drive: Callable[[np.ndarray], np.ndarray],
     friction_V: float = 0.0,
 ) -> Segment:
     """Speeds at the rows, of an exact hold, under a voltage that changes its sign at random; 0.4 % noise."""
     held = np.repeat(rng.choice([-1.0, 1.0], ROWS // 6), 6)
     volts = np.concatenate([[0.0] * 6, height_V * held])[:ROWS]
-    drive = np.clip(np.sign(volts) * np.maximum(np.abs(volts) - dead_V, 0.0), -most_V, most_V)
-    drive -= friction_V * np.sign(volts)
     keep = np.exp(-POLE * PERIOD_S)
-    speed = np.asarray(lfilter([0.0, GAIN * (1 - keep)], [1.0, -keep], drive))
+    speed = np.asarray(lfilter([0.0, GAIN * (1 - keep)], [1.0, -keep], drive(volts) - friction_V * np.sign(volts)))
     read = speed + 0.02 * rng.standard_normal(ROWS)
     rows = np.arange(ROWS)
     return Segment("prbs", start_s, True, {}, rows * PERIOD_S, volts, tick=rows, speed_rad_s=read)
 
 
+def searched(heights_V, frictions_V: float, seed: int, drive=lambda volts: bent(volts, 0.3, SUPPLY_V)):
+    """A search for a dead zone or a curve, where friction differs from segment to segment by about `frictions_V`."""
+    rng = np.random.default_rng(seed)
+    frictions = frictions_V * rng.standard_normal(len(heights_V))
+    segments = tuple(
+        switched(height, 4.0 * k, rng, drive, friction)
+        for k, (height, friction) in enumerate(zip(heights_V, frictions.tolist(), strict=True))
+    )
+    log = Recording(segments, "levels", PERIOD_S, speed_window_s=0.0, supply_V=SUPPLY_V, duty_delay_s=0.0)
+    return _searched(log, identify(log), Request(("dead_zone", "voltage_over_command")), 0)
+
+
 def test_known_laws_that_carry_over_stand_before_a_curve_that_does_not():
     rng = np.random.default_rng(1)
-    segments = tuple(switched(height, 4.0 * k, rng) for k, height in enumerate(HEIGHTS_V))
+    segments = tuple(switched(height, 4.0 * k, rng, bent) for k, height in enumerate(HEIGHTS_V))
     about = {"speed_window_s": 0.0, "supply_V": SUPPLY_V, "duty_delay_s": 0.0}
     found = diagnose(Recording(segments, "levels", PERIOD_S, **about))
     assert found.verdict == "extended"
@@ -56,18 +71,27 @@ def test_known_laws_that_carry_over_stand_before_a_curve_that_does_not():
 @pytest.mark.parametrize("seed", [1, 3, 4])
 def test_a_curve_that_does_not_carry_over_does_not_speak_against_a_law(seed):
     """Friction is a little different in each segment, and so at each level."""
-    rng = np.random.default_rng(seed)
-    frictions_V = 0.004 * rng.standard_normal(len(APART_V))
-    segments = tuple(
-        switched(height, 4.0 * k, rng, 0.3, SUPPLY_V, friction)
-        for k, (height, friction) in enumerate(zip(APART_V, frictions_V.tolist(), strict=True))
-    )
-    log = Recording(segments, "levels", PERIOD_S, speed_window_s=0.0, supply_V=SUPPLY_V, duty_delay_s=0.0)
-    found = _searched(log, identify(log), Request(("dead_zone", "voltage_over_command")), 0)
+    found = searched(APART_V, 0.004, seed)
     assert 0.4 < found.search.visited.probability("dead_zone") < 0.9
     carried = _carried_over(found)
     assert carried.found.fitted.names == ("dead_zone",)
     assert carried.search.visited.probability("dead_zone") > 0.99
+
+
+@pytest.mark.usefixtures("x64")
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_law_stands_before_a_curve_that_carries_over_no_better(seed):
+    """Blocks speak for the curve, which has passed through each level with the friction that was there."""
+    found = searched(HEIGHTS_V, 0.01, seed)
+    assert found.search.visited.probability("dead_zone") < 0.02
+    assert _carried_over(found).found.fitted.names == ("dead_zone",)
+
+
+@pytest.mark.usefixtures("x64")
+def test_a_curve_that_carries_over_better_stands():
+    """A drive of 6 tanh(u/6) V is no dead zone and no limit."""
+    found = searched(HEIGHTS_V, 0.002, 1, lambda volts: 6 * np.tanh(volts / 6))
+    assert _carried_over(found).found.fitted.names == ("voltage_over_command",)
 
 
 def test_a_lag_that_may_be_the_windings_is_hardly_a_cause():

@@ -46,6 +46,7 @@ from jaxmotor.motor.effects._drive import VoltageOffset as VoltageOffset
 from jaxmotor.motor.effects._drive import VoltageSaturation as VoltageSaturation
 from jaxmotor.motor.effects._learned import LEARNED as LEARNED
 from jaxmotor.motor.effects._learned import NO_PLACE as NO_PLACE
+from jaxmotor.motor.effects._learned import TERMS as TERMS
 from jaxmotor.motor.effects._learned import AbstractBentEffect as AbstractBentEffect
 from jaxmotor.motor.effects._learned import AbstractLearnedEffect as AbstractLearnedEffect
 from jaxmotor.motor.effects._learned import LearnedCoordinate as LearnedCoordinate
