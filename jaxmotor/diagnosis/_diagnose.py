@@ -44,10 +44,14 @@ from jaxmotor.diagnosis._weighed import (
     probabilities,
 )
 from jaxmotor.estimate import SHOWN, STAMPS, Fit, best_guess, identify, needs_transients
-from jaxmotor.motor.effects import AbstractDisturbance
+from jaxmotor.motor.effects import AbstractDisturbance, AbstractLearnedEffect
 from jaxmotor.prediction import as_angles
 from jaxmotor.recording import EARLY, Recording, check, recording_of
 
+LINE = (
+    "the gain is that of the straight line through the curve over the voltage, and the volts of other effects are "
+    "voltages on that line"
+)
 BEGINS = "the log does not hold the angle at which each segment begins: it was fitted to what is locked to the angle"
 
 
@@ -202,6 +206,8 @@ def _notes(known: tuple[str, ...], held: HeldOut, found: Found, effects: tuple[F
         notes.append(
             "the fit of the extended motor did not fully converge; its parameters may be off by more than stated"
         )
+    if any(one.effect.over == "voltage" and isinstance(one.effect, AbstractLearnedEffect) for one in effects):
+        notes.append(LINE)
     for effect in effects:
         if effect.unknown:
             notes.append(f"{effect.name}: this recording does not determine {', '.join(effect.unknown)}")

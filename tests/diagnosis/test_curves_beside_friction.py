@@ -57,6 +57,7 @@ def test_a_drive_that_saturates_softly():
     assert set(sizes) == {"coulomb_friction", "voltage_over_command"} and found.verdict == "extended"
     gain = float(found.motor.linear.gain)
     assert gain * sizes["coulomb_friction"]["volts_V"] == pytest.approx(GAIN * FRICTION_V, rel=0.01)
+    assert any("of the straight line through the curve" in note for note in found.notes)
     assert float(found.motor.linear.pole) == pytest.approx(POLE, rel=0.005)
     assert found.whole.after.chi2_per_sample < 1.1
 
