@@ -213,6 +213,7 @@ def _summary(recording, output: Path) -> str:
         warn_early,
         warn_fixed_time,
         warn_pulses,
+        warn_share,
         warn_spikes,
         warn_unread,
     )
@@ -232,7 +233,8 @@ def _summary(recording, output: Path) -> str:
         kept = "rows that repeat one have none" if recording.measured == "speed" else "only these rows are kept"
         kept = "each is the mean speed since the last" if recording.speed_window_rows == 0 else kept
         without += f"; a new reading came about every {1e3 * every_s:.3g} ms, {kept}"
-    for warn in (warn_unread, warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches, warn_beyond_supply):
+    of_readings = (warn_unread, warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches)
+    for warn in (*of_readings, warn_beyond_supply, warn_share):
         without += "".join(f"; {sentence}" for sentence in warn(recording))
     if recording.period_s is None:
         return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept{without}"

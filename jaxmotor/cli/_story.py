@@ -8,7 +8,7 @@ from pathlib import Path
 from jaxmotor._sentences import LINE
 from jaxmotor.diagnosis import BeforeAfter, Diagnosis, FoundEffect
 from jaxmotor.estimate import STAMPS
-from jaxmotor.recording import NO_WINDOW
+from jaxmotor.recording import NO_SUPPLY, NO_WINDOW
 from jaxmotor.text import (
     LOOP,
     allowing,
@@ -167,6 +167,9 @@ def _notes(diagnosis: Diagnosis) -> list[str]:
     told = set(diagnosis.fit.notes if diagnosis.verdict != "unexplained" else ())
     told -= {one.sentence for one in (diagnosis.average, diagnosis.timing) if one is not None}
     told = {note for note in told if not note.startswith(STAMPS)}
+    if diagnosis.named:
+        # One of the effects that were left out may be the cause.
+        told -= {NO_SUPPLY}
     if any(found.effect.family == "lag" for found in diagnosis.named):
         told -= {NO_WINDOW}
     return [printable(note) for note in diagnosis.notes if note not in told]

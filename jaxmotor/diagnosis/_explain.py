@@ -8,6 +8,7 @@ from jaxmotor.diagnosis._found import EXPLAINED, FINE, LEAST, Explained, Found
 from jaxmotor.diagnosis._free import is_possible, linear_of, with_effect
 from jaxmotor.diagnosis._held_out import HeldOut, hold_out
 from jaxmotor.diagnosis._parallel import side_by_side
+from jaxmotor.diagnosis._part import part_of
 from jaxmotor.diagnosis._reading_time import is_near, with_timing_offset
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
@@ -84,7 +85,8 @@ class _Searched(NamedTuple):
 
 def explained(recording: Recording, fit: Fit, request: Request, seed: int) -> Explanation:
     """`recording`, whose linear motor `identify` has found as `fit`."""
-    known = _in_own_noise(_carried_over(_searched(recording, fit, request, seed)))
+    known = _of_part(recording, fit, request, seed) or _searched(recording, fit, request, seed)
+    known = _in_own_noise(_carried_over(known))
     known, held = _validated(_in_time(known, request, seed))
     if not known.found.named:
         return Explanation(*known, held, known.before)
@@ -126,6 +128,19 @@ def _timed_beside(known: _Searched) -> tuple[Study, Fitted] | None:
         if moved is not None and moved[1].chi2 < found.fitted.chi2 + TIE:
             return moved
     return None
+
+
+def _of_part(recording: Recording, fit: Fit, request: Request, seed: int) -> _Searched | None:
+    """`recording`, if it is long, by what a search of a part of it finds; None where the whole asks for more."""
+    part = part_of(recording, 1 / abs(float(fit.motor.pole)))
+    if part is None:
+        return None
+    earlier = _searched(part, fit, request, seed)
+    fit = dataclasses.replace(fit, average=earlier.fit.average)
+    first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
+    now = _begun(fit, *_linear(recording, fit, first, request), first, request, seed)
+    found = _resumed(now, earlier)
+    return None if found is None else _angled(now._replace(found=found), seed)
 
 
 def _searched(

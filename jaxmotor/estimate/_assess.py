@@ -23,6 +23,10 @@ from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.prediction import LAG_S, Packed
 from jaxmotor.recording import Recording, warn_early, warn_fixed_time, warn_spikes
 
+WINDOW = (
+    "over how long each speed was averaged is not known, and may hide it: state that (jaxmotor import: --speed-window; "
+    "0 for an instantaneous one), or add steps, or sines near the pole's frequency"
+)
 SLOW = "it shows in how the speed follows a fast change: add steps, or sines near the pole's frequency"
 QUIET_LOG10_Q = -4.0
 """Below this process term [decades of the floor] the encoder alone explains the residuals."""
@@ -249,7 +253,8 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, p
             "motor that follows them: record steps or sines"
         )
     if error[2] > UNDETERMINED or pole_share < LEAST_POLE_SHARE:
-        [what, *_] = [*_damage(recording), *warn_early(recording), SLOW]
+        unknown = recording.measured == "speed" and recording.speed_window_s is None
+        [what, *_] = [*_damage(recording), *warn_early(recording), WINDOW if unknown else SLOW]
         raise JaxmotorError(
             f"{recording.name}: the pole is not determined by this recording (the gain is {gain:.4g} "
             f"± {1.96 * error[0]:.2g} rad/s/V); {what}"

@@ -27,6 +27,12 @@ NO_WINDOW = (
     "it is not known over how long each speed was averaged; state speed_window_s (jaxmotor import: --speed-window; 0 "
     "for an instantaneous one), or a delay will be seen that the motor does not have"
 )
+NO_SUPPLY = (
+    "the supply voltage is not known, so effects that need it are left out: supply_sag, coast_drive, and inputs that "
+    "are cut off at full duty; state supply_V (jaxmotor import: --supply)"
+)
+LEAST_DUTY = 0.01
+"""Share of the supply that turns no motor."""
 WHOLE = 0.01
 """Part of a number of pulses per turn by which it may be off from a whole one, which it then is."""
 LONG, FEW = 20.0, 0.02
@@ -60,6 +66,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_unknowns(recording),
         *warn_supply(recording),
         *warn_beyond_supply(recording),
+        *warn_share(recording),
         *warn_repeats(recording),
         *warn_pulses(recording),
         *warn_fixed_time(recording),
@@ -218,10 +225,7 @@ def warn_unknowns(recording: Recording) -> list[str]:
     if recording.measured == "speed" and recording.speed_window_s is None:
         sentences.append(NO_WINDOW)
     if recording.supply_V is None:
-        sentences.append(
-            "the supply voltage is not known, so effects that need it are left out: supply_sag, coast_drive, and "
-            "inputs that are cut off at full duty; state supply_V (jaxmotor import: --supply)"
-        )
+        sentences.append(NO_SUPPLY)
     elif recording.header.get("supply_unknown") is True:
         sentences.append(
             "nobody knows the supply: 1 V stands for it, so volts are shares of it, and gains are speeds at full duty"
@@ -307,6 +311,21 @@ def warn_beyond_supply(recording: Recording) -> list[str]:
     return [
         f"{beyond} of {len(sizes)} rows ask for more than the supply, up to {sizes.max():.4g} of {supply_V:.4g} V: the "
         "motor got less; log the voltage after the limit, or correct supply_V (jaxmotor import: --supply)"
+    ]
+
+
+def warn_share(recording: Recording) -> list[str]:
+    """An input that is stated as a share of another full scale than it has."""
+    supply_V, stated = recording.supply_V, recording.header.get("imported")
+    given = stated.get("input") if isinstance(stated, dict) else None
+    if supply_V is None or not isinstance(given, str) or not (given.endswith(":percent") or ":duty:" in given):
+        return []
+    share = max(float(np.abs(segment.volts).max()) for segment in recording.segments) / supply_V
+    if share > LEAST_DUTY:
+        return []
+    return [
+        f"the input is at most {100 * share:.2g} % of the supply, which turns no motor; if its column holds shares of "
+        "1 (0.5 for half of the supply), import it with the unit duty:1"
     ]
 
 

@@ -481,7 +481,7 @@ def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str
         what = "stands still" if step[row - 1] == 0 else "runs backwards"
         apart = f"the column that tells the experiments apart (--segment; {clock!r} if each starts its own clock)"
         hint = f", or name {apart}" if alone else ""
-        hint = ", or leave a stale first row out (--drop-first 1)" if row == 1 and step[0] < 0 else hint
+        hint = ", or leave a stale first row out (--drop-first 1)" if row == 1 else hint
         if step[row - 1] == 0 and (step == 0).sum() > 1:
             hint = "; where stamps are coarse and rows come evenly, state --period instead of --time"
         at = table.cells[clock][row].strip()

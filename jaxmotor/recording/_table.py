@@ -207,8 +207,11 @@ def read_table(
     lines = without_brackets(without_arrival(text.rstrip().split("\n")), MOST_ABOVE)
     if not lines:
         raise RecordingError(f"{source}: {NOTHING}")
-    if is_cut := _is_cut(text, lines):
+    # Below the rows comments and blank lines say nothing of them.
+    rows_end = next((row for row in range(len(lines), 0, -1) if _is_content(lines[row - 1])), len(lines))
+    if is_cut := rows_end == len(lines) and _is_cut(text, lines):
         lines.pop()
+    del lines[rows_end:]
     top = next((row for row, line in enumerate(lines) if _is_content(line)), len(lines))
     if (labels := labels_of(lines[-1])) is not None:
         if columns is not None:

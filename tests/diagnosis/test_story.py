@@ -22,7 +22,7 @@ from jaxmotor.estimate import read_model
 from jaxmotor.motor.effects import EFFECTS, parameters
 from jaxmotor.present import before_after, diagnosis_figures, residual_voltage, write_diagnosis
 from jaxmotor.present._before_after import best_gain
-from jaxmotor.recording import NO_WINDOW, write
+from jaxmotor.recording import NO_SUPPLY, NO_WINDOW, write
 from jaxmotor.text import named, odds, percent, sentence
 
 STRANGE = "\x1b[31m$\\alpha$ {volts_V} \ud800 {0}" + 90 * "x" + ".csv"
@@ -319,6 +319,15 @@ def test_two_recordings_of_one_name_are_refused(capsys, files):
     words = [str(files / "rough.csv"), str(files / "again" / "rough.csv"), "-o", str(files / "out")]
     assert main(["diagnose", *words]) == 1
     assert "two recordings are called rough" in capsys.readouterr().err and not (files / "out").exists()
+
+
+def test_a_supply_that_is_not_known_is_told_beside_effects():
+    """A coasting bridge was left out, and something else may stand in its place."""
+    found = of("friction")[1]
+    noted = dataclasses.replace(found, notes=(NO_SUPPLY,), fit=dataclasses.replace(found.fit, notes=(NO_SUPPLY,)))
+    for effects, is_told in (((found_effect("cogging"),), True), ((), False)):
+        text = " ".join(diagnosis_text(dataclasses.replace(noted, effects=effects)).split())
+        assert (NO_SUPPLY[:60] in text) == is_told
 
 
 def test_a_window_that_is_not_stated_is_told_beside_a_delay():

@@ -182,6 +182,11 @@ BAD_LOGS = {
     "huge": (LOG.replace("0.04,3,0", "0.04,1e300,0"), "line 5:", "more than"),
     "time back": (LOG.replace("0.04", "0.01"), "line 5:", "runs backwards"),
     "time twice": (LOG.replace("0.04", "0.02"), "line 5:", "stands still"),
+    "first row twice": (
+        LOG.replace("0.02", "0"),
+        "line 4:",
+        "stale first row out (drop_first 1)",
+    ),
     "quotes": (LOG.replace("0.04", '"0.04'), "line 5:", "quotes"),
     "binary": (LOG.encode() + b"\0\1", "line 8:", "binary"),
     "empty": ("", "", "empty"),
@@ -237,6 +242,20 @@ def test_what_is_not_stated_is_asked_for(refused, flags, reason):
     assert reason in refused(LOG, **flags)
 
 
+@pytest.mark.parametrize("below", ["# done\n", "\n\n# 2023-12-13\n# 300 Hz\n\n", "% end"])
+def test_comments_below_the_rows_are_left_out(imported, below):
+    plain, noted = (imported(text, speed="speed:rpm") for text in (LOG, LOG + below))
+    np.testing.assert_array_equal(noted.segments[0].shaft, plain.segments[0].shaft)
+    assert "cut_lines" not in noted.header["imported"]
+
+
+@pytest.mark.parametrize("unit, is_told", [("percent", True), ("duty:255", True), ("duty:1", False), ("V", False)])
+def test_a_share_that_is_stated_as_percent_is_told(imported, unit, is_told):
+    """The column holds 0.3 for three tenths of the supply."""
+    log = imported(LOG.replace("3,", "0.3,"), input=f"u_V:{unit}", speed="speed:deg/s", supply_V=12.0)
+    assert any("import it with the unit duty:1" in note for note in check(log)) == is_told
+
+
 def test_segments(imported):
     text = "t_s,u_V,n,trial\n0,0,5,a\n1,0,5,a\n2,1,6,b\n3,1,7,b\n4,0,9,a\n6,0,9,a\n"
     recording = imported(text, count="n", counts_per_rev=10, segment="trial")
@@ -251,7 +270,7 @@ def test_a_stale_first_row_may_be_left_out(imported, refused):
     log = LOG.replace("0.00,0,0", "1.074,0,0")
     assert "drop_first 1" in refused(log, speed="speed:rpm")
     assert len(imported(log, speed="speed:rpm", drop_first=1).segments[0]) == 4
-    assert "drop_first" not in refused(LOG.replace("0.02,0", "0.00,0"), speed="speed:rpm")
+    assert "drop_first" not in refused(LOG.replace("0.04", "0.02"), speed="speed:rpm")
 
 
 GAPPED = "t_s,u_V,speed\n" + "".join(
