@@ -132,7 +132,7 @@ def _timed_beside(known: _Searched) -> tuple[Study, Fitted] | None:
 
 def _of_part(recording: Recording, fit: Fit, request: Request, seed: int) -> _Searched | None:
     """`recording`, if it is long, by what a search of a part of it finds; None where the whole asks for more."""
-    part = part_of(recording, 1 / abs(float(fit.motor.pole)))
+    part = part_of(recording, float(fit.motor.pole))
     if part is None:
         return None
     earlier = _searched(part, fit, request, seed)

@@ -17,16 +17,18 @@ LASTS = 20.0
 """Time constants of a piece at least: its first speed is not known."""
 
 
-def part_of(recording: Recording, time_constant_s: float) -> Recording | None:
-    """About `ENOUGH` rows of `recording`, in pieces all through it; None where it is not long."""
+def part_of(recording: Recording, pole_rad_s: float) -> Recording | None:
+    """About `ENOUGH` rows of `recording`, in pieces all through it; None where it is short, or these show no motion."""
     total = sum(map(len, recording.segments))
     if total < LONG * ENOUGH:
         return None
     row_s = float(np.median(np.concatenate([np.diff(segment.time_s) for segment in recording.segments])))
-    rows = min(max(ENOUGH // PIECES, math.ceil(LASTS * time_constant_s / row_s)), ENOUGH)
+    rows = max(ENOUGH // PIECES, math.ceil(LASTS / max(LASTS / ENOUGH, pole_rad_s * row_s)))
     pieces = [piece for segment in recording.segments for piece in _pieces(segment, rows)]
     chosen = np.unique(np.linspace(0, len(pieces) - 1, max(round(len(pieces) * ENOUGH / total), 1)).astype(int))
-    return dataclasses.replace(recording, segments=tuple(pieces[number] for number in chosen.tolist()))
+    part = tuple(pieces[number] for number in chosen.tolist())
+    moves = any(np.ptp(piece.shaft) > 0 and piece.volts.any() for piece in part)
+    return dataclasses.replace(recording, segments=part) if moves else None
 
 
 def _pieces(segment: Segment, rows: int) -> list[Segment]:

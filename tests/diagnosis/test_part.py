@@ -35,11 +35,22 @@ def found_in(recording):
 
 
 def test_a_short_recording_has_none():
-    assert part_of(log(), 1 / POLE) is None
+    assert part_of(log(), POLE) is None
+
+
+@pytest.mark.parametrize("pole", [0.0, float("nan"), float("inf")])
+def test_a_pole_that_is_none_makes_pieces_all_the_same(few, pole):
+    assert sum(map(len, part_of(log(), pole).segments)) == ROWS
+
+
+def test_a_part_that_shows_no_motion_is_none(few):
+    """The motor ran between two pieces only."""
+    volts = np.where(np.arange(3000) // 100 == 3, 6.0, 0.0)
+    assert part_of(turned(volts, lambda volt: volt, lambda angle: 0.0), POLE) is None
 
 
 def test_pieces_are_rows_of_the_recording(few):
-    whole, part = log(), part_of(log(), 1 / POLE)
+    whole, part = log(), part_of(log(), POLE)
     [segment] = whole.segments
     assert len(part.segments) == 6 and sum(map(len, part.segments)) == ROWS
     assert [piece.at_rest for piece in part.segments] == [True, *5 * [False]]
@@ -55,15 +66,15 @@ def test_pieces_are_rows_of_the_recording(few):
 
 
 def test_pieces_last_for_many_time_constants(few):
-    assert [len(piece) for piece in part_of(log(), 0.25).segments] == [300, 300]
-    assert [len(piece) for piece in part_of(log(), 10.0).segments] == [ROWS]
+    assert [len(piece) for piece in part_of(log(), 4.0).segments] == [300, 300]
+    assert [len(piece) for piece in part_of(log(), 0.1).segments] == [ROWS]
 
 
 def test_rows_without_a_reading_and_extra_columns_stay_with_their_rows(few):
     [segment] = log().segments
     number = np.arange(len(segment))
     marked = dataclasses.replace(segment, unread=number % 7 == 3, extra={"row": number.astype(str)})
-    for piece in part_of(dataclasses.replace(log(), segments=(marked,)), 1 / POLE).segments:
+    for piece in part_of(dataclasses.replace(log(), segments=(marked,)), POLE).segments:
         rows = piece.extra["row"].astype(int)
         np.testing.assert_array_equal(piece.unread, rows % 7 == 3)
         assert rows[0] == round(piece.start_s / 0.01)
@@ -82,7 +93,7 @@ def test_what_no_piece_shows_is_found_in_the_whole(few):
     """Somebody held the shaft, for 1.5 s between two pieces."""
     sound = log()
     [segment] = sound.segments
-    shown = [piece.start_s for piece in part_of(sound, 1 / POLE).segments]
+    shown = [piece.start_s for piece in part_of(sound, POLE).segments]
     rows = np.arange(len(segment))
     begin = round(shown[2] / sound.period_s) + 150
     volts = segment.volts.copy()
