@@ -78,12 +78,19 @@ def test_a_copy_of_the_package_has_the_same_programs_until_it_is_changed(tmp_pat
     assert _programs._sources.__wrapped__() != own
 
 
-@pytest.mark.parametrize("first", ["import numpy, jaxmotor as jm", "import jaxmotor as jm"])
+ALONE = {
+    "numpy first": "import numpy, jaxmotor as jm; jm.keep_programs()",
+    "numpy later": "import jaxmotor as jm; jm.keep_programs()",
+    "a command": "from jaxmotor.cli import main; main(['check', 'no.csv'])",
+}
+
+
+@pytest.mark.parametrize("first", ALONE.values(), ids=ALONE)
 @pytest.mark.parametrize("own", [None, "2"])
 def test_products_are_computed_by_the_thread_that_asks(first, own):
     """But where the user has said otherwise."""
     code = (
-        f"{first}; jm.keep_programs(); import numpy, scipy.linalg, threadpoolctl;"
+        f"{first}; import numpy, scipy.linalg, threadpoolctl;"
         "print({one['num_threads'] for one in threadpoolctl.threadpool_info() if one['user_api'] == 'blas'})"
     )
     told = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}

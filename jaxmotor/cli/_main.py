@@ -55,6 +55,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns 0 done, 1 bad input (a sentence), 2 wrong usage, 3 a defect of ours, 130 interrupted."""
     # JAX would take most of a GPU's memory that no command uses (`_precision.device`).
     os.environ.setdefault("JAX_PLATFORMS", "cpu")
+    # As `keep_programs` does it; commands that need no JAX have products, too.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         build()(args=arguments, prog_name="jaxmotor")
     except SystemExit as end:

@@ -28,8 +28,9 @@ NO_WINDOW = (
     "for an instantaneous one), or a delay will be seen that the motor does not have"
 )
 NO_SUPPLY = (
-    "the supply voltage is not known, so effects that need it are left out: supply_sag, coast_drive, and inputs that "
-    "are cut off at full duty; state supply_V (jaxmotor import: --supply)"
+    "the supply voltage is not known, so effects that need it are left out: supply_sag, coast_drive (unless one "
+    "voltage is switched on and off), and inputs that are cut off at full duty; state supply_V (jaxmotor import: "
+    "--supply)"
 )
 LEAST_DUTY = 0.01
 """Share of the supply that turns no motor."""

@@ -37,3 +37,4 @@ def test_sag_and_drift_are_sought_only_where_the_supply_was_not_logged(log, soug
         assert bool(EFFECTS[name].starts(rig)) == sought
     assert EFFECTS["coast_drive"].starts(rig)
     assert not EFFECTS["coast_drive"].starts(rig._replace(supply_known=False))
+    assert EFFECTS["coast_drive"].starts(rig._replace(supply_known=False, volts_V=(4.95,)))

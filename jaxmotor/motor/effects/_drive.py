@@ -271,7 +271,8 @@ class CoastDrive(AbstractDriveEffect, AbstractWindingEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> tuple[AbstractEffect, ...]:
-        return (cls(),) if rig.supply_known else ()
+        # One voltage that is switched on and off is taken for the supply's: then the motor coasts while it is off.
+        return (cls(),) if rig.supply_known or not rig.has_sizes else ()
 
     def winding(self, winding: Winding, source: Source, memory: Scalar | None) -> Winding:
         del memory
