@@ -67,7 +67,7 @@ def main() -> None:
         raise SystemExit("no C compiler (cc) to compare with")
     keep_programs(threads=True)
     rng = np.random.default_rng(0)
-    volts = 5 * np.sin(np.cumsum(rng.uniform(0.02, 0.1, (given.batch, given.ticks)), axis=1))
+    volts = 5 * np.sin(np.cumsum(rng.uniform(0.02, 0.1, (given.lanes, given.ticks)), axis=1))
     with tempfile.TemporaryDirectory() as name, jax.enable_x64(True):
         loop = compiled(Path(name)).simulate
         turn = np.empty_like(volts)
@@ -86,7 +86,7 @@ def main() -> None:
         for function in functions.values():
             function()
         times = interleaved(functions, given.rounds)
-        print(f"{given.batch} x {given.ticks} ticks; largest difference from C {apart:.1e}")
+        print(f"{given.lanes} x {given.ticks} ticks; largest difference from C {apart:.1e}")
         for what, seconds in times.items():
             print(f"  {what:14s} {1e3 * seconds:8.3f} ms  {seconds / times['C']:6.2f} x C")
         ratio = times["with Jacobian"] / times["jaxmotor"]
