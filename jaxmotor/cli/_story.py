@@ -75,8 +75,12 @@ def _wrong(diagnosis: Diagnosis) -> list[str]:
 
 def _why(diagnosis: Diagnosis) -> list[str]:
     lines = [f"{cause(found)}: {sentence(found)}" for found in diagnosis.named if found.is_told]
-    if others := [f"{unlikely(found)}: {sentence(found)}" for found in diagnosis.named if not found.is_told]:
-        lines.append(f"no cause that is likely; the motor fits better with {'; and with '.join(others)}")
+    if others := [found for found in diagnosis.named if not found.is_told]:
+        stays = 100 * max(max(found.unexplained_share, found.held_out_share) for found in others)
+        # An effect that is plain to see has no probability beside something that nobody has explained.
+        rest = f" while {stays:.0f} % of what it should explain stays unexplained" if round(stays) else ""
+        instead = "; and with ".join(f"{unlikely(found)}: {sentence(found)}" for found in others)
+        lines.append(f"no cause that is likely{rest}; the motor fits better with {instead}")
     left = looks_like(diagnosis)
     return lines if left is None else [*lines, left]
 

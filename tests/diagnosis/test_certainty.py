@@ -107,6 +107,9 @@ def test_what_is_not_likely_is_no_cause():
     told = " ".join(diagnosis_text(imitated(rare)).split())
     assert "no cause that is likely; the motor fits better with sensor_lag (probability 20 %): " in told
     assert "if it is sensor_lag" not in told
+    doubted = dataclasses.replace(rare, unexplained_share=0.1, held_out_share=0.24)
+    told = " ".join(diagnosis_text(imitated(doubted)).split())
+    assert "no cause that is likely while 24 % of what it should explain stays unexplained; the motor fits" in told
     other = dataclasses.replace(rare, effect=EFFECTS["load_torque"].start(), probability=0.001)
     told = " ".join(diagnosis_text(imitated(rare, unsure("coulomb_friction"), other)).split())
     assert told.count("no cause that is likely") == 1 and told.index("friction or a loss") < told.index("no cause")
