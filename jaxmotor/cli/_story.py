@@ -78,7 +78,7 @@ def _why(diagnosis: Diagnosis) -> list[str]:
     if others := [found for found in diagnosis.named if not found.is_told]:
         stays = 100 * max(max(found.unexplained_share, found.held_out_share) for found in others)
         # An effect that is plain to see has no probability beside something that nobody has explained.
-        rest = f" while {stays:.0f} % of what it should explain stays unexplained" if round(stays) else ""
+        rest = f" while {stays:.0f} % of what it should explain stays unexplained" if stays > 0.5 else ""
         instead = "; and with ".join(f"{unlikely(found)}: {sentence(found)}" for found in others)
         lines.append(f"no cause that is likely{rest}; the motor fits better with {instead}")
     left = looks_like(diagnosis)
