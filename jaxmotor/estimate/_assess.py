@@ -24,8 +24,8 @@ from jaxmotor.prediction import LAG_S, Packed
 from jaxmotor.recording import Recording, warn_early, warn_fixed_time, warn_spikes
 
 WINDOW = (
-    "over how long each speed was averaged is not known, and may hide it: state that (jaxmotor import: --speed-window; "
-    "0 for an instantaneous one), or add steps, or sines near the pole's frequency"
+    "an average of the speeds{}may hide it: state that (jaxmotor import: --speed-window, 0 for none), or add steps, or "
+    "fast sines"
 )
 SLOW = "it shows in how the speed follows a fast change: add steps, or sines near the pole's frequency"
 QUIET_LOG10_Q = -4.0
@@ -127,7 +127,7 @@ def assess(
     offset = psi[1] / psi[0]
     slope = np.zeros(len(psi))
     slope[:2] = -offset / psi[0], 1 / psi[0]
-    _determined(recording, psi, model, float(errors.pole_share))
+    _determined(recording, psi, model, float(errors.pole_share), average)
     _signed(recording, float(psi[0]), float(np.sqrt(kept[0, 0])))
     notes += _wide(psi, kept, float(errors.chi2))
     of_header = [one.sentence for one in (average, timing) if one is not None]
@@ -242,8 +242,11 @@ def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return one * np.outer(raised, raised)
 
 
-def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, pole_share: float) -> None:
-    """Whether the recording would determine the motor if the model were right (`covariance` of ψ)."""
+def _determined(
+    recording: Recording, psi: np.ndarray, covariance: np.ndarray, pole_share: float, average: SpeedAverage | None
+) -> None:
+    """Whether the recording would determine the motor if the model were right (`covariance` of ψ), which may have an
+    `average` of the speeds."""
     # Of what nothing determines rounding may make a variance less than none.
     error = np.sqrt(np.where(np.diag(covariance) >= 0, np.diag(covariance), np.nan))
     gain = psi[0]
@@ -254,7 +257,9 @@ def _determined(recording: Recording, psi: np.ndarray, covariance: np.ndarray, p
         )
     if error[2] > UNDETERMINED or pole_share < LEAST_POLE_SHARE:
         unknown = recording.measured == "speed" and recording.speed_window_s is None
-        [what, *_] = [*_damage(recording), *warn_early(recording), WINDOW if unknown else SLOW]
+        length = f" (over {1e3 * average.length_s:.3g} ms fits best) " if average is not None else " "
+        slow = WINDOW.format(length) if unknown else SLOW
+        [what, *_] = [*_damage(recording), *warn_early(recording), slow]
         raise JaxmotorError(
             f"{recording.name}: the pole is not determined by this recording (the gain is {gain:.4g} "
             f"± {1.96 * error[0]:.2g} rad/s/V); {what}"

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+import re
 
 import jax
 import jax.numpy as jnp
@@ -11,7 +12,7 @@ import pytest
 from real_data import FOLDER, measured
 from speed_logs import Result, results, speed_log
 
-from jaxmotor import identify
+from jaxmotor import JaxmotorError, identify
 from jaxmotor.estimate import stated, to_json
 from jaxmotor.estimate._averaging import OF_LOG, packed_for_average
 from jaxmotor.estimate._trajectory import MAX_STEPS, solve
@@ -101,6 +102,21 @@ def test_a_window_of_one_row_and_half_of_it_too_early_are_said_to_be_the_same(se
 def test_none_is_found_where_speeds_are_instantaneous_or_the_header_states_the_window(seed):
     assert identify(log_of("instantaneous", seed).unstated).average is None
     assert identify(log_of("window", seed).recording).average is None
+
+
+def test_a_pole_that_an_unknown_average_hides_is_refused_in_a_sentence_that_says_how_long_it_is():
+    """A motor that follows at once, its speeds means over 14 rows."""
+    rng, rows, window, period = np.random.default_rng(4), 2000, 14, 0.008
+    volts = np.repeat(rng.uniform(-10.0, 10.0, rows // 40), 40)
+    turned = np.cumsum(np.concatenate([np.zeros(window), 5.0 * volts]))
+    speed = np.concatenate([[0.0], (turned[window:] - turned[:-window])[:-1] / window])
+    speed += rng.normal(0, 0.2, rows)
+    segment = Segment("other", 0.0, True, {}, period * np.arange(rows), volts, np.arange(rows), speed_rad_s=speed)
+    with pytest.raises(JaxmotorError, match="pole is not determined") as refused:
+        identify(Recording((segment,), "a_long_name_of_a_file_that_somebody_has.csv", period))
+    [length] = re.findall(r"\(over (\S+) ms fits best\)", str(refused.value))
+    assert float(length) == pytest.approx(1e3 * window * period, rel=0.02)
+    assert "--speed-window" in str(refused.value) and " ... " not in str(refused.value)
 
 
 @pytest.mark.parametrize("way", ["window", "filter"])
