@@ -35,6 +35,9 @@ def import_command(
     step_at: Annotated[
         float | None, typer.Option(metavar="S", help="From so long after the first row on, and 0 V before.")
     ] = None,
+    step_until: Annotated[
+        float | None, typer.Option(metavar="S", help="Until so long after the first row, and 0 V from there on.")
+    ] = None,
     speed: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad/s, rpm, m/s, ...; 3.92rad/s.")] = None,
     angle: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad, deg, rev, counts, m, ...")] = None,
     count: Annotated[str | None, typer.Option(metavar="COL", help="Running encoder counter.")] = None,
@@ -100,6 +103,7 @@ def import_command(
         "input": input,
         "step_V": step,
         "step_at_s": step_at,
+        "step_until_s": step_until,
         "speed": speed,
         "angle": angle,
         "count": count,

@@ -51,6 +51,7 @@ def import_log(
     input: str | None = None,
     step_V: float | int | None = None,
     step_at_s: float | int | None = None,
+    step_until_s: float | int | None = None,
     speed: str | None = None,
     angle: str | None = None,
     count: str | None = None,
@@ -80,7 +81,8 @@ def import_log(
     `time` is `COL[:s|ms|us|ns]`, `t_s:s` unless stated; rows of a log without time stamps are `period_s` [s] apart.
     `input` is `COL:V` (`u_V:V` unless stated), `COL:mV`, `COL:duty:FULL`, `COL:duty:FULL@ZERO` (ZERO is no voltage) or
     `COL:percent`, of which the last three need a supply. Where no column has it, it is one step: `step_V` [V] from the
-    first row of each segment on, or from the first that is `step_at_s` [s] later, and 0 V before.
+    first row of each segment on, or from the first that is `step_at_s` [s] later, to the first that is `step_until_s`
+    [s] later, and 0 V before and after.
 
     Exactly one of `speed` (`COL:UNIT`), `angle` (`COL:UNIT`), `count` (`COL`, a running counter) and
     `pulses` (`COL`, the counts since the row before) is given. `wrap` is the width [bit] of a counter that wraps, or
@@ -113,7 +115,7 @@ def import_log(
     if time is not None and period_s is not None:
         raise RecordingError("--time and --period both say when the rows were; state one of them")
     time = "t_s:s" if time is None and period_s is None else time
-    step = known_step(step_V, step_at_s, input)
+    step = known_step(step_V, step_at_s, step_until_s, input)
     input = INPUT if input is None and step is None else input
     stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "pulses": pulses}
     stated |= {"wrap": None if wrap is None else str(wrap), "segment": segment, "supply": supply, "columns": columns}

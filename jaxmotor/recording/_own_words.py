@@ -21,6 +21,7 @@ ARGUMENTS = {
     "gap": "gap_s",
     "step": "step_V",
     "step-at": "step_at_s",
+    "step-until": "step_until_s",
     "steady": "hold_s",
 }
 """Arguments by the option that gives them, where they differ by more than their hyphens."""

@@ -46,6 +46,17 @@ def test_it_is_what_a_column_of_it_would_say(imported, at_s, row):
     assert stated.header["imported"].get("step_at_s") == at_s
 
 
+@pytest.mark.parametrize(
+    ("at_s", "until_s", "rows"), [(None, 0.3, (0, 15)), (0.1, 0.305, (5, 16)), (0.1, 9, (5, ROWS))]
+)
+def test_it_may_have_an_end(imported, at_s, until_s, rows):
+    recording = imported(WITHOUT, step_V=3.0, step_at_s=at_s, step_until_s=until_s)
+    row = np.arange(ROWS)
+    expected = np.where((row >= rows[0]) & (row < rows[1]), 3.0, 0.0)
+    np.testing.assert_array_equal(recording.segments[0].volts, expected)
+    assert recording.header["imported"]["step_until_s"] == until_s
+
+
 def test_each_segment_has_its_own(imported):
     recording = imported(TWICE, segment="t", step_V=3.0, step_at_s=0.1)
     driven = np.arange(ROWS) >= 5
@@ -78,6 +89,13 @@ def test_a_column_of_that_name_stays_what_it_is(imported):
         ({"step_V": 3.0, "input_acts": "before"}, "step_V says from which row on"),
         ({"step_V": 3.0, "input_holds": True}, "step_V says from which row on"),
         ({"step_at_s": 1.0}, "state its voltage, too (step_V)"),
+        ({"step_until_s": 1.0}, "state its voltage, too (step_V)"),
+        ({"step_V": 3.0, "step_at_s": 0.5, "step_until_s": 0.5}, "step_until_s is 0.5; give seconds"),
+        ({"step_V": 3.0, "step_until_s": np.nan}, "step_until_s is nan; give seconds"),
+        (
+            {"step_V": 3.0, "step_at_s": 0.105, "step_until_s": 0.115},
+            "line 2: the segment that begins here lasts 0.78 s; no row of it is between step_at_s 0.105",
+        ),
         ({"step_V": 0.0}, "step_V is 0; give the volts"),
         ({"step_V": np.nan}, "step_V is nan"),
         ({"step_V": 3.0, "step_at_s": -1.0}, "step_at_s is -1; give the seconds"),
@@ -103,6 +121,10 @@ def test_the_command_takes_it(tmp_path):
     done = command(tmp_path, "--time", "t", "--step", "9", "--step-at", "0.1", "--speed", "w:rad/s")
     assert done.exit_code == 0, done.output
     assert set(read(tmp_path / "made.csv").segments[0].volts) == {0.0, 9.0}
+    options = ("--time", "t", "--step", "9", "--step-until", "0.3", "--speed", "w:rad/s", "--force")
+    done = command(tmp_path, *options)
+    assert done.exit_code == 0, done.output
+    np.testing.assert_array_equal(np.flatnonzero(read(tmp_path / "made.csv").segments[0].volts), np.arange(15))
 
 
 def test_the_command_says_what_may_be_stated(tmp_path):
