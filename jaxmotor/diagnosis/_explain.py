@@ -45,6 +45,8 @@ TIME_ONLY = 0.6
 HALF = 0.5
 """Share of what a linear motor leaves that it may leave with a window of speeds which is the log's, where no effect is
 found."""
+RIVALS = 4
+"""Of the motors without a curve, the likeliest, of which the best is held against that with one."""
 ROUNDS = 3
 """Times that a window of speeds is found anew with the effects that were found with the last one."""
 
@@ -277,21 +279,26 @@ def _resumed(now: _Searched, earlier: _Searched | None) -> Found | None:
 
 def _carried_over(known: _Searched) -> _Searched:
     """`known`, without the curves of the likeliest motor that has some if it is about as likely as the likeliest one
-    without, or likelier, and predicts rows which it was not fitted to far worse: where segments have levels of their
-    own a curve may pass through each, and blocks of rows that are left out do not tell. A curve over few voltages, in
-    the place of a law that it contains, goes if it only predicts them no better."""
+    without, or likelier, and predicts rows which it was not fitted to far worse than one of the likeliest without does:
+    where segments have levels of their own a curve may pass through each, and blocks of rows that are left out do not
+    tell. A curve over few voltages, in the place of a law that it contains, goes if it only predicts them no better.
+    """
     visited, linear = known.search.visited, known.search.linear
-    weight, (law, *_) = visited.weights(), visited.without(LEARNED)
+    weight, (law, *others) = visited.weights(), visited.without(LEARNED)
     curved = max((names for names in weight if names & LEARNED.keys()), key=weight.__getitem__, default=None)
     if law is linear or curved is None or weight[curved] < EQUAL * weight[frozenset(law.names)]:
         return known
     held = hold_out(known.study, known.found)
-    drifts = [
-        held.after.drift if one.names == known.found.fitted.names else held.drift(one.motor, one)
-        for one in (law, visited.fitted[curved])
-    ]
+    if not held.own:
+        return known
+    laws = [law, *(one for one in others[: RIVALS - 1] if one is not linear)]
+    drift, *drifts = side_by_side(
+        lambda one: held.after.drift if one.names == known.found.fitted.names else held.drift(one.motor, one),
+        [visited.fitted[curved], *laws],
+    )
+    least, law = min(zip(drifts, laws, strict=True), key=lambda pair: pair[0])
     worse = 1.0 if _passes_through_each(known.search, frozenset(law.names), curved) else FAR
-    if not held.own or drifts[1] < worse * drifts[0]:
+    if drift < worse * least:
         return known
     visited.forget(LEARNED.keys() & curved)
     return _carried_over(known._replace(found=known.search.as_found(law)))
