@@ -207,6 +207,7 @@ def _begun(fit: Fit, study: Study, linear: Fitted, first: Motor, request: Reques
     before = _residual(study, linear, seed)
     request.tell(1)
     search = Search(study.solver, first, linear, rig_of(study.recording, study.trial))
+    search.try_offset(fit.offset_V)
     return _Searched(fit, study, search, Found(linear, linear, (), {}, {}), before)
 
 

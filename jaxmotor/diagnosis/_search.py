@@ -42,6 +42,7 @@ from jaxmotor.motor.effects import (
     AbstractLoadEffect,
     Rig,
     SensorLag,
+    VoltageOffset,
     parameters,
 )
 
@@ -112,6 +113,14 @@ class Search:
         self.level: dict[Fitted, Fitted] = {}
         """What `_level` made of them."""
         self.repeats = Repeats(solver)
+
+    def try_offset(self, offset_V: float) -> None:
+        """Fit the first motor with the voltage offset that was fitted along with it: where that is large a linear motor
+        without one is another motor, beside which nothing scores."""
+        if offset_V and VoltageOffset.name in self.solver.request.effects:
+            motor = with_effect(self.first, VoltageOffset.of(volts_V=offset_V))
+            self.tried[_names(motor)] = self.linear.chi2
+            self.visited.keep([self._fit(self.linear, motor)])
 
     def run(self, last: Callable[[Fitted], None]) -> Found:
         """The effects; none if nothing pays. Where two of the usual ones leave something, `last` fits others beside the
