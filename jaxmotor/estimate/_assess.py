@@ -48,6 +48,10 @@ NO_OFFSET = (
     "steps of a second height"
 )
 UNLIKE = "it does not explain this recording"
+BEYOND = (
+    "the voltage offset is larger than any voltage that was applied: if something else than the logged 0 is no "
+    "voltage, state that (jaxmotor import: --input COL:duty:FULL@ZERO), or a load drives the motor"
+)
 LEAST_POLE_SHARE = 0.01
 """A pole that shows in less than this part of the motion would be fitted to the model error."""
 
@@ -134,13 +138,15 @@ def assess(
     motor, half = np.array([psi[0], np.exp(psi[2])]), 1.96 * np.sqrt(np.diag(kept)[:2])
     beside = hidden_laws(solution, errors, _by_chance(packed, errors), colour(packed), is_quiet(packed, errors))
     notes += shown_laws(packed, motor, beside)
+    offset_error_V = float(np.sqrt(slope @ covariance @ slope))
+    notes += [BEYOND] if abs(offset) - 1.96 * offset_error_V > largest_voltage(packed) else []
     left_open, allowed = open_hypotheses(packed, motor, half, beside)
     return Assessment(
         motor=linear_motor([psi[0], *np.exp(psi[2:])]),
         standard_error=linear_motor(np.sqrt(np.diag(kept))),
         covariance=kept,
         offset_V=float(offset),
-        offset_standard_error_V=float(np.sqrt(slope @ covariance @ slope)),
+        offset_standard_error_V=offset_error_V,
         timing=timing,
         average=average,
         notes=(*notes, *of_header, *(one.note for one in left_open)),

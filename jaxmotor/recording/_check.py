@@ -8,7 +8,7 @@ import numpy as np
 
 from jaxmotor._arguments import is_number
 from jaxmotor.recording._bunches import warn_bunches
-from jaxmotor.recording._direction import SLOWEST_RAD_S, warn_early, warn_sign
+from jaxmotor.recording._direction import SLOWEST_RAD_S, warn_early, warn_sign, warn_zero
 from jaxmotor.recording._fixed_time import seen_fixed_time_s
 from jaxmotor.recording._jumps import check_jumps, spikes, when
 from jaxmotor.recording._pulse_windows import check_pulses, seen_pulses_per_rev
@@ -64,6 +64,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_overlap(recording),
         *warn_sign(recording),
         *warn_early(recording),
+        *warn_zero(recording),
         *warn_unknowns(recording),
         *warn_supply(recording),
         *warn_beyond_supply(recording),

@@ -15,6 +15,8 @@ most, few motors are that fast."""
 FAST, BOTH_WAYS = 0.2, 0.1
 """Of the largest speed, from which a shaft is driven and does not swing; and the share of rows with an input, all of
 one sign, in which it turns so fast either way where that sign has been lost."""
+ZERO_ROWS, STEADY = 50, 0.02
+"""Rows without an input, at least, in which the shaft turns steadily: its speed changes by no more than that part."""
 EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
@@ -45,6 +47,27 @@ def warn_early(recording: Recording) -> list[str]:
     wrong = {(one.segment, one.row + k) for one in spikes(recording) for k in range(one.rows)}
     sound = [index for index in early if (index, _first_driven(recording.segments[index])) not in wrong]
     return [EARLY] if sound else []
+
+
+def warn_zero(recording: Recording) -> list[str]:
+    """A shaft that turns on steadily where the input is zero."""
+    for index, segment in enumerate(recording.segments):
+        speed, still = mean_speeds(recording, segment), segment.volts[:-1] == 0
+        fastest = np.abs(speed).max(initial=SLOWEST_RAD_S)
+        edges = np.flatnonzero(np.diff(still.astype(int), prepend=0, append=0))
+        for start, stop in edges.reshape(-1, 2).tolist():
+            quarters = np.array_split(speed[start:stop], 4)
+            if still.all() or stop - start < ZERO_ROWS:
+                continue
+            before, after = (float(np.median(quarters[k])) for k in (1, 3))
+            if abs(after) > FAST * fastest and abs(after - before) < STEADY * abs(after):
+                lasts = segment.time_s[stop] - segment.time_s[start]
+                return [
+                    f"in segment {index} the shaft turns at a steady {after:.4g} rad/s for {lasts:.3g} s without an "
+                    "input: if something else than the logged 0 is no voltage, state that (jaxmotor import: --input "
+                    "COL:duty:FULL@ZERO), or log all that drives the motor"
+                ]
+    return []
 
 
 def _first_driven(segment: Segment) -> int:

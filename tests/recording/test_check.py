@@ -21,7 +21,7 @@ from jaxmotor.recording._check import (
     warn_saturation,
     warn_unknowns,
 )
-from jaxmotor.recording._direction import warn_early, warn_sign
+from jaxmotor.recording._direction import warn_early, warn_sign, warn_zero
 from jaxmotor.recording._jumps import check_jumps, spikes
 from jaxmotor.recording._read import parse
 
@@ -385,6 +385,24 @@ def test_a_shaft_that_moves_before_it_is_driven():
     for sound in (half_late, coasting, np.full(200, 30.0)):
         assert warn_early(spun(sound, volts)) == []
     assert not any(warn_early(moved(plan)) for plan in SOUND.values())
+
+
+def test_a_shaft_that_turns_on_steadily_without_an_input():
+    """A log of what was added to a constant input; no coasting wheel, no swinging load and no rest is one."""
+    volts = np.where((np.arange(600) < 200) | (np.arange(600) >= 400), 0.0, 3.0)
+    fall = 0.9 ** np.arange(200)
+    follows = np.concatenate([np.zeros(200), 1 - fall, fall])
+    noise = np.random.default_rng(1).normal(0, 0.3, 600)
+    [told] = warn_zero(spun(30 + 20 * follows + noise, volts))
+    assert "a steady 30" in told and "for 2 s without" in told and "COL:duty:FULL@ZERO" in told
+    assert told in check(spun(30 + 20 * follows + noise, volts))
+    falling = 50 * 0.999 ** np.arange(200)
+    coasting = np.concatenate([falling, np.full(200, 50.0), falling])
+    swinging = np.where(volts > 0, 50.0, 30 * np.cos(0.02 * np.arange(600)))
+    for sound in (20 * follows, coasting, swinging, np.zeros(600)):
+        assert warn_zero(spun(sound + noise, volts)) == []
+    assert warn_zero(spun(np.full(600, 30.0), np.zeros(600))) == []
+    assert not any(warn_zero(moved(plan)) for plan in SOUND.values())
 
 
 def test_unknowns():
