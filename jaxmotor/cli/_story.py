@@ -8,7 +8,7 @@ from pathlib import Path
 from jaxmotor._sentences import LINE
 from jaxmotor.diagnosis import BeforeAfter, Diagnosis, FoundEffect
 from jaxmotor.estimate import STAMPS
-from jaxmotor.recording import NO_SUPPLY, NO_WINDOW
+from jaxmotor.recording import AT_ZERO, NO_SUPPLY, NO_WINDOW
 from jaxmotor.text import (
     LOOP,
     allowing,
@@ -170,7 +170,7 @@ def _notes(diagnosis: Diagnosis) -> list[str]:
     # What the linear motor lacks is explained; how the log was made is not.
     told = set(diagnosis.fit.notes if diagnosis.verdict != "unexplained" else ())
     told -= {one.sentence for one in (diagnosis.average, diagnosis.timing) if one is not None}
-    told = {note for note in told if not note.startswith(STAMPS)}
+    told = {note for note in told if not note.startswith((STAMPS, AT_ZERO))}
     if diagnosis.named:
         # One of the effects that were left out may be the cause.
         told -= {NO_SUPPLY}

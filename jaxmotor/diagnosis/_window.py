@@ -26,7 +26,7 @@ from jaxmotor.diagnosis._solve import DAMPING, Fitted, Solver, square_of
 from jaxmotor.diagnosis._study import Study, study_of
 from jaxmotor.diagnosis._trial import of_means, rig_of
 from jaxmotor.diagnosis._visited import EQUAL, FAR, Visited
-from jaxmotor.estimate import LONGEST_AVERAGE_ROWS, UNSURE, SpeedAverage
+from jaxmotor.estimate import UNSURE, SpeedAverage, longest_average_s
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import (
     ElectricalPole,
@@ -57,8 +57,9 @@ def beside_window(
     leaves least: sought from the `known` one, or from several."""
     study = _unstated(recording, linear, request)
     rig = rig_of(study.recording, study.trial)
-    lengths = [known.length_s] if known is not None else [start.length_s for start in SpeedWindow.starts(rig)]
-    fits = [_fitted(study, linear, float(length)) for length in lengths]
+    starts = [float(start.length_s) for start in SpeedWindow.starts(rig)]
+    lengths = [length for length in starts if length < longest_average_s(rig.period_s)]
+    fits = [_fitted(study, linear, length) for length in ([known.length_s] if known is not None else lengths)]
     return study, min(fits, key=lambda one: one.chi2)
 
 
@@ -91,7 +92,7 @@ def is_average(study: Study, found: Fitted) -> bool:
     """The window that `found` has, with its error, is no longer than speeds are averaged over: a longer one is the
     motor's, and one that may be as long is not shown by the log."""
     most_s = window_s(found) + 1.96 * _slope(found).error_s(study, found)
-    return most_s < LONGEST_AVERAGE_ROWS * float(np.median(study.packed.durations))
+    return most_s < longest_average_s(float(np.median(study.packed.durations)))
 
 
 def does_as_well(study: Study, windowed: Fitted, late: Motor, visited: Visited) -> bool:

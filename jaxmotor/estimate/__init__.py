@@ -4,7 +4,7 @@ from jaxmotor.estimate._assess import EVIDENCE as EVIDENCE
 from jaxmotor.estimate._assess import Assessment as Assessment
 from jaxmotor.estimate._assess import assess as assess
 from jaxmotor.estimate._assess import colour as colour
-from jaxmotor.estimate._averaging import LONGEST_AVERAGE_ROWS as LONGEST_AVERAGE_ROWS
+from jaxmotor.estimate._averaging import longest_average_s as longest_average_s
 from jaxmotor.estimate._compiled import response_program as response_program
 from jaxmotor.estimate._compiled import start_program as start_program
 from jaxmotor.estimate._compiled import trajectory_program as trajectory_program

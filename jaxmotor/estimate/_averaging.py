@@ -26,14 +26,14 @@ from jaxmotor.estimate._uncertainty import HIDDEN
 from jaxmotor.prediction import LAG_S, NONE_ROWS, Noise, Packed, as_problem, pack, without_transients
 from jaxmotor.recording import Recording
 
-STARTS = {"window": (1.5, 4.0, 10.0, 20.0), "filter": (1.5, 4.0, 10.0)}
-"""Lengths from which they are sought [rows]."""
+STARTS = {"window": (1.5, 4.0, 10.0, 20.0, 50.0, 120.0), "filter": (1.5, 4.0, 10.0, 30.0)}
+"""Lengths from which they are sought [rows], if they are no longer than the longest."""
 OF_LOG = ("filter", "window", "offset")
 """Elements of ψ after the motor's pole."""
 FIRST_OFFSET = -0.25
 """Timing offset from which it is sought [rows]."""
-LONGEST_AVERAGE_ROWS = 40.0
-"""Length of a window or a filter that is no average but the motor."""
+LONGEST_AVERAGE_ROWS, LONGEST_AVERAGE_S = 40.0, 0.2
+"""Length of a window or a filter that is no average but the motor: longer than both."""
 ALIKE = 6.0
 """Difference of the criterion up to which two candidates do as well."""
 SAME = 1e-3
@@ -102,6 +102,11 @@ def packed_for_average(recording: Recording, fitted: tuple[int, ...], noise: Noi
     return without_transients(recording, pack(recording, fitted, rest_before=True, few_shapes=True, noise=noise))
 
 
+def longest_average_s(row_s: float) -> float:
+    """Over which speeds are averaged at most, of rows that take `row_s` [s]."""
+    return max(LONGEST_AVERAGE_ROWS * row_s, LONGEST_AVERAGE_S)
+
+
 class _Search:
     """All candidates of one recording."""
 
@@ -124,7 +129,8 @@ class _Search:
         row_s = self.packed.durations[0]
         sizes = np.array([np.exp(found.psi[3]) / row_s, np.exp(found.psi[4]), abs(found.psi[5])])
         plausible = (LAG_S[0] / row_s, NONE_ROWS, 0.0) <= sizes
-        plausible &= sizes < (LONGEST_AVERAGE_ROWS, LONGEST_AVERAGE_ROWS, 1.0)
+        longest = longest_average_s(row_s) / row_s
+        plausible &= sizes < (longest, longest, 1.0)
         # A filter behind a motor does not ring.
         plausible[0] &= found.psi[2] + found.psi[3] < np.log(0.25)
         return found if (plausible | held[3:]).all() else None
@@ -159,7 +165,7 @@ class _Search:
     def _best(self, way: str) -> Candidate | None:
         """Of all starts, of which the rest are left out once two came to the same end."""
         best, row_s = None, self.packed.durations[0]
-        for rows in STARTS[way]:
+        for rows in (rows for rows in STARTS[way] if rows * row_s < longest_average_s(row_s)):
             start = self.start.copy()
             start[3 + OF_LOG.index(way)] = np.log(rows * (row_s if way == "filter" else 1.0))
             one = self.fit((way,), start)

@@ -18,6 +18,7 @@ from jaxmotor.recording._check import warn_unread as warn_unread
 from jaxmotor.recording._chosen import Which as Which
 from jaxmotor.recording._chosen import chosen_segments as chosen_segments
 from jaxmotor.recording._chosen import names_segments as names_segments
+from jaxmotor.recording._direction import AT_ZERO as AT_ZERO
 from jaxmotor.recording._direction import EARLY as EARLY
 from jaxmotor.recording._direction import warn_early as warn_early
 from jaxmotor.recording._direction import warn_sign as warn_sign

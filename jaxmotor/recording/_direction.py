@@ -17,6 +17,8 @@ FAST, BOTH_WAYS = 0.2, 0.1
 one sign, in which it turns so fast either way where that sign has been lost."""
 ZERO_ROWS, STEADY = 50, 0.02
 """Rows without an input, at least, in which the shaft turns steadily: its speed changes by no more than that part."""
+AT_ZERO = "the shaft turns on without an input"
+"""How the note on that begins."""
 EARLY = (
     "the shaft moves before it is driven: the log seems to hold the input that was applied until each row, not from it "
     "on; import it with --input-acts before"
@@ -63,9 +65,9 @@ def warn_zero(recording: Recording) -> list[str]:
             if abs(after) > FAST * fastest and abs(after - before) < STEADY * abs(after):
                 lasts = segment.time_s[stop] - segment.time_s[start]
                 return [
-                    f"in segment {index} the shaft turns at a steady {after:.4g} rad/s for {lasts:.3g} s without an "
-                    "input: if something else than the logged 0 is no voltage, state that (jaxmotor import: --input "
-                    "COL:duty:FULL@ZERO), or log all that drives the motor"
+                    f"{AT_ZERO}, in segment {index} at a steady {after:.4g} rad/s for {lasts:.3g} s: if something "
+                    "else than the logged 0 is no voltage, state that (jaxmotor import: --input COL:duty:FULL@ZERO), "
+                    "or log all that drives the motor"
                 ]
     return []
 

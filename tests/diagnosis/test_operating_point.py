@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jaxmotor import diagnose, identify
-from jaxmotor.recording import Recording, from_arrays
+from jaxmotor.recording import AT_ZERO, Recording, from_arrays
 
 GAIN, POLE, OFFSET_V, PERIOD_S = 1.7, 3.0, 8.0, 0.03
 
@@ -27,7 +27,7 @@ def test_an_offset_beyond_all_voltages_is_told(steps):
     fit = identify(log_of(*steps))
     assert float(fit.motor.gain) == pytest.approx(GAIN, abs=1.96 * float(fit.standard_error.gain))
     assert fit.offset_V == pytest.approx(OFFSET_V, abs=1.96 * fit.offset_standard_error_V)
-    beyond, at_zero = "offset is larger than any voltage", "without an input"
+    beyond, at_zero = "offset is larger than any voltage", AT_ZERO
     told = "; ".join(fit.notes)
     assert beyond in told and (at_zero in told) == (steps[0][0] == 0)
 

@@ -21,7 +21,7 @@ from jaxmotor.recording._check import (
     warn_saturation,
     warn_unknowns,
 )
-from jaxmotor.recording._direction import warn_early, warn_sign, warn_zero
+from jaxmotor.recording._direction import AT_ZERO, warn_early, warn_sign, warn_zero
 from jaxmotor.recording._jumps import check_jumps, spikes
 from jaxmotor.recording._read import parse
 
@@ -394,7 +394,7 @@ def test_a_shaft_that_turns_on_steadily_without_an_input():
     follows = np.concatenate([np.zeros(200), 1 - fall, fall])
     noise = np.random.default_rng(1).normal(0, 0.3, 600)
     [told] = warn_zero(spun(30 + 20 * follows + noise, volts))
-    assert "a steady 30" in told and "for 2 s without" in told and "COL:duty:FULL@ZERO" in told
+    assert told.startswith(AT_ZERO) and "a steady 30" in told and "for 2 s:" in told and "COL:duty:FULL@ZERO" in told
     assert told in check(spun(30 + 20 * follows + noise, volts))
     falling = 50 * 0.999 ** np.arange(200)
     coasting = np.concatenate([falling, np.full(200, 50.0), falling])

@@ -58,7 +58,7 @@ class SpeedWindow(AbstractSensorEffect):
 
     @classmethod
     def starts(cls, rig: Rig) -> "tuple[SpeedWindow, ...]":
-        return tuple(cls.of(length_s=rows * rig.period_s) for rows in (1.5, 5.0, 12.0))
+        return tuple(cls.of(length_s=rows * rig.period_s) for rows in (1.5, 5.0, 12.0, 40.0, 120.0))
 
 
 OF_LOG = (TimingOffset, LogFilter, SpeedWindow)
