@@ -46,6 +46,8 @@ def smoothed(solver: Solver, fitted: Fitted, tolerance: float) -> Fitted:
         if generation % PLACED == PLACED - 1:
             speeds = solver.placed(motor_at(fitted.template, at), speeds, fitted.steps)
             sizes = _Sizes.of(solver.linearised(fitted, np.mean(means[-PLACED:], axis=0), speeds))
+    if not np.isfinite(means).all():
+        return fitted
     near = dataclasses.replace(fitted, speeds=speeds)
     found = solver.fit(motor_at(fitted.template, np.mean(means[-AVERAGED:], axis=0)), near, tolerance)
     steps = rng.multivariate_normal(np.zeros(sizes.number), covariance, DRAWS)

@@ -127,12 +127,12 @@ def best_beside(solver: Solver, base: Fitted, starts: tuple[AbstractEffect, ...]
     return candidates(base, tuple(columns)).get(starts[0].name, [])
 
 
-def best_as_simulated(solver: Solver, base: Fitted, starts: Sequence[Candidate]) -> Candidate:
-    """Of the `starts` of one effect beside `base`, the one whose motor leaves least, less what a change of the own
-    parameters of `base` would take up as well."""
-    speeds = np.repeat(base.speeds[None], len(starts), axis=0)
-    left = without_own(base, solver.residuals(together([start.motor for start in starts]), speeds, base.steps).T)
-    return starts[int(np.argmin([square_of(one) for one in left.T]))]
+def as_simulated(solver: Solver, base: Fitted, motors: Sequence[Motor]) -> list[Motor]:
+    """`motors` of the same effects, those first that leave least, less what a change of the own parameters of `base`
+    would take up as well."""
+    speeds = np.repeat(base.speeds[None], len(motors), axis=0)
+    left = without_own(base, solver.residuals(together(motors), speeds, base.steps).T)
+    return [motors[place] for place in np.argsort([square_of(one) for one in left.T], kind="stable")]
 
 
 def late(motor: Motor) -> float:

@@ -26,7 +26,7 @@ from jaxmotor.diagnosis._score_test import (
     Candidate,
     EffectColumns,
     apparent_delay,
-    best_as_simulated,
+    as_simulated,
     candidates,
     columns_at,
     columns_beside,
@@ -82,6 +82,8 @@ LEADERS = 2
 """Of the candidates, those that are fitted before the others."""
 ALTERNATIVES = 4
 """In each effect's place, those that are fitted anew in a recording that has changed a little."""
+NEARBY = 2
+"""Of the starts of a wider law beside a contact, those that are fitted."""
 AGAIN = 6
 """Steps of such a fit, which begins near its end."""
 
@@ -281,7 +283,9 @@ class Search:
         return [[with_effect(rest, one) for one in its] for its in starts if its]
 
     def _best_near(self, fitted: Fitted, motors: list[Motor]) -> Fitted:
-        """The best fit of those that begin at `motors`, beside `fitted`."""
+        """The best fit of those that begin at `motors`, beside `fitted`; where fits take long, of the best of those."""
+        if is_wide(fitted.template.effects):
+            motors = as_simulated(self.solver, fitted, motors)[:NEARBY]
         found = side_by_side(lambda motor: self.solver.fit(motor, fitted, COARSE, bar=FAR * fitted.chi2), motors)
         return self._placed(fitted, min(found, key=lambda one: one.chi2))
 
@@ -421,7 +425,7 @@ class Search:
         rest = [start for start in starts[1:] if start.chi2 <= self.least(base, LEAST)]
         if rest and min(one.chi2 for one in found) >= (1 - IDLE) * base.chi2:
             # Beside the effects of `base` one may do nothing where it did alone, as a limit that is never reached.
-            found.append(fit(best_as_simulated(self.solver, base, rest).motor))
+            found.append(fit(as_simulated(self.solver, base, [one.motor for one in rest])[0]))
         if base is self.linear and min(one.chi2 for one in found) > LITTLE * base.chi2:
             # Without the effect, gain and pole may have gone where it does not show.
             found.append(fit(with_effect(self.first, first.effect)))

@@ -387,6 +387,8 @@ class Solver:
     def _step(self, at: "_At", layout: Layout) -> "_Step | None":
         residual, jacobian = at.projected, at.jacobian
         weight = 1 / layout.spread
+        if not (np.isfinite(at.free).all() and np.isfinite(residual).all() and np.isfinite(jacobian).all()):
+            return None
         pull = (at.free - layout.prior) * weight
         normal = np.einsum("np,nq->pq", jacobian, jacobian) + np.diag(weight**2)
         right = -(np.einsum("np,n->p", jacobian, residual) + weight * pull)

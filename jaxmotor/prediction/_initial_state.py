@@ -147,9 +147,12 @@ def without_initial_speeds(
 
     `starts` (n,) is what one rad/s of initial speed adds to the piece `piece` (n,) that a row belongs to.
     """
-    size = np.bincount(piece, starts**2, pieces)
-    shift = _by_piece((starts[:, None] * columns).T, piece, pieces).T / np.where(size > 1e-12, size, np.inf)[:, None]
-    return columns - starts[:, None] * shift[piece], shift
+    # Of a wild motor columns are infinite, and stay it.
+    with np.errstate(invalid="ignore", over="ignore"):
+        size = np.bincount(piece, starts**2, pieces)
+        each = _by_piece((starts[:, None] * columns).T, piece, pieces).T
+        shift = each / np.where(size > 1e-12, size, np.inf)[:, None]
+        return columns - starts[:, None] * shift[piece], shift
 
 
 def _by_piece(values: np.ndarray, piece: np.ndarray, pieces: int) -> np.ndarray:
