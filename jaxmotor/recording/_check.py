@@ -293,11 +293,14 @@ def warn_spikes(recording: Recording) -> list[str]:
     unit, why = ("rad/s", "a counter that wraps, or a spike") if measured == "speed" else ("rad", "a lost reading")
     if measured == "speed" and not segment.shaft[row]:
         why = "a program that prints 0 for a row without a pulse"
+    # Counts may be judged as angles.
+    counts = measured == "angle" and recording.counts_per_rev is not None
+    how = "--angle COL:counts --drop-spikes" if counts else "--drop-spikes"
     lasts = "that row only" if rows == 1 else f"that row and the next{'' if rows == 2 else f' {rows - 1}'} only"
     return [
         f"the {measured} of segment {index} at {when(segment, row)} is {segment.shaft[row]:.4g} {unit}, for {lasts}"
         f"{more}: no motor does that, but {why}; correct the {'row' if rows == 1 else 'rows'}, or leave the {measured} "
-        "there empty (jaxmotor import: --drop-spikes)"
+        f"there empty (jaxmotor import: {how})"
     ]
 
 

@@ -215,7 +215,9 @@ def _check_beside(
     if gaps and not stamped:
         raise RecordingError("--gap is between two time stamps; name their column (--time)")
     if drop_spikes and counted:
-        raise RecordingError("a count that jumps as no motor does is refused; leave --drop-spikes out")
+        raise RecordingError(
+            "a count that jumps as no motor does is refused; leave --drop-spikes out, or state --angle COL:counts"
+        )
     if supply_unknown and supply_stated:
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
 

@@ -91,10 +91,15 @@ def test_a_sound_log_is_what_it_was(tmp_path):
     np.testing.assert_array_equal(asked.segments[0].shaft, plain.segments[0].shaft)
 
 
-def test_counts_have_none(tmp_path):
+def test_counts_have_none_but_as_angles(tmp_path):
     with pytest.raises(RecordingError) as caught:
         imported(tmp_path, text_of(SPEED), count="y", counts_per_rev=100, drop_spikes=True)
-    assert "leave drop_spikes out" in str(caught.value)
+    assert "leave drop_spikes out" in str(caught.value) and "COL:counts" in str(caught.value)
+    counts = text_of(np.round(100 * ANGLE), 900.0)
+    told = imported(tmp_path, counts, angle="y:counts", counts_per_rev=628)
+    assert any("--angle COL:counts --drop-spikes" in note for note in check(told))
+    dropped = imported(tmp_path, counts, angle="y:counts", counts_per_rev=628, drop_spikes=True)
+    np.testing.assert_array_equal(np.flatnonzero(dropped.segments[0].unread), SPIKES)
 
 
 def test_the_command_tells_of_it_and_takes_it(tmp_path):
