@@ -75,6 +75,10 @@ def import_command(
     input_holds: Annotated[
         bool, typer.Option("--input-holds", help="An empty input: the last one acts until the next.")
     ] = False,
+    input_limit: Annotated[
+        float | None,
+        typer.Option(metavar="N", help="Larger inputs were cut off at N, in the column's numbers, before they acted."),
+    ] = None,
     columns: Annotated[
         str | None, typer.Option(metavar="NAME,NAME,...", help="Of a log without column names, all of them.")
     ] = None,
@@ -125,6 +129,7 @@ def import_command(
         "drive": drive,
         "input_acts": input_acts if input_acts != "after" else None,
         "input_holds": input_holds or None,
+        "input_limit": input_limit,
     }
     given = {key: value for key, value in options.items() if value is not None}
     if steady is None and period is not None:

@@ -315,7 +315,8 @@ def warn_beyond_supply(recording: Recording) -> list[str]:
         return []
     return [
         f"{beyond} of {len(sizes)} rows ask for more than the supply, up to {sizes.max():.4g} of {supply_V:.4g} V: the "
-        "motor got less; log the voltage after the limit, or correct supply_V (jaxmotor import: --supply)"
+        "motor got less; log the voltage after the limit, or state that (jaxmotor import: --input-limit), or correct "
+        "supply_V (--supply)"
     ]
 
 

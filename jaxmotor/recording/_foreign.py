@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -70,6 +71,7 @@ def import_log(
     drive: Drive | None = None,
     input_acts: Acts = "after",
     input_holds: bool = False,
+    input_limit: float | int | None = None,
     columns: str | None = None,
     drop_first: int = 0,
     drop_spikes: bool = False,
@@ -106,6 +108,9 @@ def import_log(
     the last two pulses of a sensor, so many per turn of the output shaft; `speed_period_s` that each is what was
     counted since the row before over this fixed time, whenever that row came: it becomes the mean over the row.
 
+    `input_limit`, in the numbers of its column, is what was applied at most, either way: a controller's output was cut
+    off there after it was logged.
+
     `columns` names the columns of a log without names, separated by commas; `drop_first` rows are left out at the
     beginning of the log and of each segment; with `drop_spikes` speeds and angles that no motor has, those of which
     `check` tells, are no readings; with `decimal_comma` numbers are like 3,14.
@@ -127,6 +132,7 @@ def import_log(
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
     period_s, fixed_s = _period(period_s, "--period"), _period(speed_period_s, "--speed-period")
+    limit = positive(input_limit, "--input-limit")
     gap_s, pulses_per_rev = positive(gap_s, "--gap"), positive(speed_pulses_per_rev, "--speed-pulses")
     _check_window(
         speed, {"--speed-window": speed_window_s, "--speed-pulses": pulses_per_rev, "--speed-period": fixed_s}
@@ -147,7 +153,7 @@ def import_log(
         table, bounds, labels, stamps = _in_time(table, time, period_s or 1.0, segment, gap_s, drop_first)
         if step is not None:
             table, input = step.as_column(table, stamps[0], bounds)
-        stated_input = split_input(input or INPUT, list(table.cells))
+        stated_input = dataclasses.replace(split_input(input or INPUT, list(table.cells)), limit=limit)
         measured = None if supply is None else _supply(table, supply, names)
         nominal_V = nominal(stated_input, measured, supply_V, supply_unknown)
         log, bounds = _read_log(
@@ -157,6 +163,7 @@ def import_log(
     imported = _how(Path(table.source), input_acts, stated, period_s, gap_s, fixed_s)
     imported |= {} if step is None else step.stated
     imported |= {"input_holds": True} if input_holds else {}
+    imported |= {} if limit is None else {"input_limit": limit}
     imported |= table.left_out | ({"missing_rows": missing} if missing else {})
     recording = assemble(
         log,
@@ -406,6 +413,8 @@ def input_of(
     With `as_duty` fractions of the supply become whole duties of a larger full scale.
     """
     values = table.numbers(stated.column)
+    if stated.limit is not None:
+        values = np.clip(values, stated.zero - stated.limit, stated.zero + stated.limit)
     if stated.full_scale is None:
         return values * stated.volts_per_unit, None, None
     if supply_V is None:
@@ -417,13 +426,20 @@ def input_of(
     if beyond.any():
         row = int(np.argmax(beyond))
         scale = f"{abs(stated.full_scale):g}{f' around {stated.zero:g}' if stated.zero else ''}"
-        raise table.fault(row, f"{stated.column} is {values[row]:g}, beyond the full scale of {scale}; state another")
+        raise table.fault(
+            row,
+            f"{stated.column} is {values[row]:g}, beyond the full scale of {scale}; state another, or what "
+            "was applied at most (--input-limit)",
+        )
     # Where the value of the supply is below that of no voltage, duties are counted downward.
     sign, full = (1 if stated.full_scale > 0 else -1), abs(stated.full_scale)
     values = sign * (values - stated.zero)
-    duty = table.integers(stated.column) if stated.zero.is_integer() else None
+    limit = math.inf if stated.limit is None else stated.limit
+    is_whole = stated.zero.is_integer() and (limit == math.inf or limit.is_integer())
+    duty = table.integers(stated.column) if is_whole else None
     if duty is not None:
-        duty = sign * (duty - int(stated.zero))
+        most = int(min(limit, full))
+        duty = np.clip(sign * (duty - int(stated.zero)), -most, most)
     elif as_duty:
         finer = 10.0 ** min(max(round(-np.log10(table.resolution(stated.column))), 0), FINEST_DUTY)
         duty, full = np.rint(values * finer).astype(np.int64), full * finer

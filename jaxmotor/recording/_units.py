@@ -127,6 +127,8 @@ class Input:
     """By how much the value that means the whole supply is above `zero`; None where the column is a voltage."""
     zero: float = 0.0
     """The value that means no voltage."""
+    limit: float | None = None
+    """How far from `zero` an input acts: what is beyond was cut off before it was applied. None: however far it is."""
 
 
 _DUTY = re.compile(r"(.*):duty:([^:]*)", re.DOTALL)

@@ -45,6 +45,21 @@ def refused(imported):
     return of
 
 
+@pytest.mark.parametrize(
+    ("flags", "volts"),
+    [
+        ({"input_limit": 2}, [0, 0, 2, 2, -2]),
+        ({"input_limit": 5}, [0, 0, 3, 3, -3]),
+        ({"input": "u_V:duty:2", "input_limit": 2, "supply_V": 6}, [0, 0, 6, 6, -6]),
+        ({"input": "u_V:duty:2@1", "input_limit": 1, "supply_V": 6}, [-6, -6, 6, 6, -6]),
+    ],
+)
+def test_inputs_that_were_cut_off_after_they_were_logged(imported, flags, volts):
+    recording = imported(LOG, speed="speed:deg/s", **flags)
+    np.testing.assert_array_equal(recording.segments[0].volts, volts)
+    assert recording.header["imported"]["input_limit"] == flags["input_limit"]
+
+
 def test_plain_log(imported):
     recording = imported(LOG, speed="speed:deg/s", speed_window_s=0.02)
     segment = recording.segments[0]
@@ -229,7 +244,10 @@ def test_bad_logs(refused, log):
         ({"speed": "speed:rpm", "input": "u_V:duty:5@5", "supply_V": 1}, "no positive number"),
         ({"speed": "speed:rpm", "input": "u_V:duty:5@", "supply_V": 1}, "COLUMN:duty:FULL@ZERO where"),
         ({"speed": "speed:rpm", "input": "u_V:duty:2", "supply_V": 1}, "line 5: u_V is 3, beyond"),
-        ({"speed": "speed:rpm", "input": "u_V:duty:4@2", "supply_V": 1}, "-3, beyond the full scale of 2 around 2"),
+        (
+            {"speed": "speed:rpm", "input": "u_V:duty:4@2", "supply_V": 1},
+            "-3, beyond the full scale of 2 around 2; state another, or what was applied at most (input_limit)",
+        ),
         ({"speed": "speed:rpm", "time": "t_s:h"}, "'h' is not known"),
         ({"speed": "speed:rpm", "time": "t"}, "no column 't'"),
         ({"speed": "speed:rpm", "segment": "trial"}, "no column 'trial'"),
