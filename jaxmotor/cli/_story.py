@@ -80,7 +80,9 @@ def _why(diagnosis: Diagnosis) -> list[str]:
         # An effect that is plain to see has no probability beside something that nobody has explained.
         rest = f" while {stays:.0f} % of what it should explain stays unexplained" if stays > 0.5 else ""
         instead = "; and with ".join(f"{unlikely(found)}: {sentence(found)}" for found in others)
-        lines.append(f"no cause that is likely{rest}; the motor fits better with {instead}")
+        lines.append(
+            f"no {'further ' if lines else ''}cause that is likely{rest}; the motor fits better with {instead}"
+        )
     left = looks_like(diagnosis)
     return lines if left is None else [*lines, left]
 
