@@ -86,9 +86,9 @@ def may_be(found: FoundEffect, name: Callable[[str], str]) -> str | None:
     return "; ".join(told) if told else None
 
 
-def cause(found: FoundEffect) -> str:
+def cause(found: FoundEffect, again: bool = False) -> str:
     """Of an effect that is told (`is_told`): its name with its probability, or what it may as well be where these have
-    nothing in common, or its family where that is all that may be said."""
+    nothing in common, or its family where that is all that may be said, `again` where of another one it was, too."""
     own = f"probability {percent(found.probability)}"
     if found.is_one_of_several:
         together = percent(found.name_probability)
@@ -100,7 +100,8 @@ def cause(found: FoundEffect) -> str:
     known = f" (probability {percent(found.of_family)})" if found.effect.family else ""
     share = percent(found.probability)
     like = f", which itself has a probability of {share}" if found.probability < HARDLY else f" ({share})"
-    return f"{family_of(found.effect)}{known}, most like {found.name}{like}"
+    family = "another one of that family" if again else family_of(found.effect)
+    return f"{family}{known}, most like {found.name}{like}"
 
 
 def unlikely(found: FoundEffect) -> str:

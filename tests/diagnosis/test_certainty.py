@@ -102,6 +102,14 @@ def test_what_has_nothing_in_common_is_told_as_a_choice():
     assert not to_json(cause)["effects"][0]["one_of_several"]
 
 
+def test_a_family_is_told_once():
+    told = " ".join(diagnosis_text(imitated(unsure("coulomb_friction"), unsure("stiction"), unsure("cogging"))).split())
+    first, second = told.index("most like coulomb_friction"), told.index("most like stiction")
+    assert told.count("friction or a loss like it (") == 1 and first < second
+    assert "another one of that family (probability" in told[first:second]
+    assert "another one" not in told[second:]
+
+
 def test_what_is_not_likely_is_no_cause():
     rare = dataclasses.replace(unsure("sensor_lag"), probability=0.2, of_family=0.3, name_probability=0.2)
     told = " ".join(diagnosis_text(imitated(rare)).split())
