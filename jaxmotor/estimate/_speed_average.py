@@ -63,8 +63,12 @@ class SpeedAverage:
             return _by_rows(self.rows, self.as_even, self.length_s)
         length = _ms(self.length_s, self.standard_error_s)
         if self.kind == "filter":
+            through = f"went through a first-order filter of {length}"
+            if 1.96 * self.standard_error_s >= self.length_s:
+                most = plainly(1e3 * (self.length_s + 1.96 * self.standard_error_s), 2)
+                through = f"may have gone through a first-order filter, of no more than {most} ms"
             return (
-                f"the speeds went through a first-order filter of {length}: {LOGS_OWN}; a motor and a filter of each "
+                f"the speeds {through}: {LOGS_OWN}; a motor and a filter of each "
                 "other's time constants look the same, the slower one is taken for the motor"
             )
         late = _ms(self.lateness_s, self.lateness_error_s)

@@ -24,6 +24,13 @@ class Timing:
     @property
     def sentence(self) -> str:
         """For people."""
+        if not self.shows:
+            half = 1.96 * self.standard_error_s
+            early, late = (f"{1e3 * (half + sign * self.offset_s):.2g} ms" for sign in (-1, 1))
+            return (
+                f"rows are read between {early} before and {late} after the voltage changes, this log shows no more: "
+                "a property of it, which its header does not state (duty_delay_s)"
+            )
         when = "after" if self.offset_s > 0 else "before"
         read = (
             f"{1e3 * abs(self.offset_s):.4g} ± {1e3 * 1.96 * self.standard_error_s:.2g} ms {when} the voltage changes"

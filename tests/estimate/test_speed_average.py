@@ -13,7 +13,7 @@ from real_data import FOLDER, measured
 from speed_logs import Result, results, speed_log
 
 from jaxmotor import JaxmotorError, identify
-from jaxmotor.estimate import stated, to_json
+from jaxmotor.estimate import SpeedAverage, Timing, stated, to_json
 from jaxmotor.estimate._averaging import OF_LOG, packed_for_average
 from jaxmotor.estimate._trajectory import MAX_STEPS, solve
 from jaxmotor.motor import SecondOrder, simulate
@@ -133,6 +133,15 @@ def test_a_fit_ends_where_an_average_comes_to_none(way, x64):
     solution, _ = solve(early, jnp.asarray(start))
     assert int(solution.steps) < MAX_STEPS / 2
     assert bool(is_no_average(solution.psi, early)) and not bool(is_no_average(jnp.asarray(start), early))
+
+
+def test_what_may_be_none_is_not_told_as_a_fact():
+    found = SpeedAverage("filter", 4.5e-3, 15e-3, 4.5e-3, 15e-3, True, 0.0, 0.0)
+    assert "may have gone through a first-order filter, of no more than 34 ms" in found.sentence
+    sure = dataclasses.replace(found, standard_error_s=1e-3)
+    assert "went through a first-order filter of 4.5" in sure.sentence
+    assert "rows are read between 4.8 ms before and 13 ms after" in Timing(4e-3, 4.5e-3).sentence
+    assert "rows are read 4 ± 0.98 ms after" in Timing(4e-3, 0.5e-3).sentence
 
 
 @pytest.mark.parametrize("seen", ["instantaneous", "window", "filter"])
