@@ -1,16 +1,23 @@
 """What serial monitors and plotters add to the lines of a log.
 
 A monitor puts the time at which a line came before it (`12:34:56.789 -> 10,200,35`), a program that prints for a
-plotter puts a name before each number (`pwm:200,rpm:35`).
+plotter puts a name before each number (`pwm:200,rpm:35`), one for people its unit behind it, too
+(`PWM: 20 %, Speed: 35rpm`).
 """
 
 import re
 from collections.abc import Sequence
 
+from jaxmotor._sentences import shown
 from jaxmotor.recording._text import NUMBER, fault
 
 _CAME = re.compile(r"\s*[0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:\.[0-9]+)? -> ?")
 _BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
+_PAIR = re.compile(
+    rf"\s*(?P<name>[^\W\d_][^:=,;\t]{{0,60}}?)\s*[:=]\s*(?P<number>{NUMBER.pattern})"
+    r"(?:\s?(?P<unit>[^\s\d:=,;|]{1,12})(?=[\s,;|]|$))?(?:\s*[,;\t|]\s*|\s+|$)"
+)
+"""As people read it: a name of any words, a number, and its unit."""
 
 
 def without_arrival(lines: list[str]) -> list[str]:
@@ -20,24 +27,52 @@ def without_arrival(lines: list[str]) -> list[str]:
 
 def labels_of(line: str) -> list[str] | None:
     """The names in a `line` in which one stands before each number; None where that is not so."""
-    cells = [cell.rpartition(":") for cell in _cells(line)]
-    if all(name and NUMBER.fullmatch(number) for name, _, number in cells):
-        return [name for name, _, _ in cells]
-    return None
+    pairs = _pairs(line)
+    return None if pairs is None else [name for name, _, _ in pairs]
 
 
-def without_labels(lines: Sequence[str], names: list[str], source: str, first: int) -> list[str]:
-    """`lines`, of which the first one is line `first` of the log, with commas and without the `names`.
+def without_labels(lines: Sequence[str], like: str, source: str, first: int) -> list[str]:
+    """`lines`, of which the first one is line `first` of the log, with commas and without names and units, which are
+    those of the line `like`.
 
-    **Raises:** `RecordingError` for a line that has other names.
+    **Raises:** `RecordingError` for a line that has others.
     """
+    known = [(name, unit) for name, _, unit in _pairs(like) or []]
     plain = []
     for number, line in enumerate(lines, first):
-        found = [cell.rpartition(":") for cell in _cells(line)]
-        if [name for name, _, _ in found] != names:
-            raise fault(source, number, f"the names {', '.join(names)} do not stand before its numbers; correct it")
-        plain.append(",".join(cell for _, _, cell in found))
+        # What is no number is told of where numbers are read.
+        found = _pairs(line) or [(*_named(cell), "") for cell in _cells(line)]
+        names = [name for name, _, _ in found]
+        if names != [name for name, _ in known]:
+            listed = ", ".join(name for name, _ in known)
+            raise fault(source, number, f"the names {listed} do not stand before its numbers; correct it")
+        for (name, _, unit), (_, usual) in zip(found, known, strict=True):
+            if unit != usual:
+                raise fault(
+                    source, number, f"{name} has the unit {shown(unit)}, and {shown(usual)} elsewhere; correct it"
+                )
+        plain.append(",".join(cell for _, cell, _ in found))
     return plain
+
+
+def _pairs(line: str) -> list[tuple[str, str, str]] | None:
+    """Names, numbers and the units that are stuck to these; None where a `line` is anything else."""
+    found = [_named(cell) for cell in _cells(line)]
+    if all(name and NUMBER.fullmatch(number) for name, number in found):
+        return [(name, number, "") for name, number in found]
+    pairs, at = [], 0
+    while at < len(line):
+        pair = _PAIR.match(line, at)
+        if pair is None:
+            return None
+        pairs.append((pair["name"], pair["number"], pair["unit"] or ""))
+        at = pair.end()
+    return pairs or None
+
+
+def _named(cell: str) -> tuple[str, str]:
+    name, _, number = cell.rpartition(":")
+    return name, number
 
 
 def _cells(line: str) -> list[str]:

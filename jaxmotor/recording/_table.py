@@ -213,17 +213,20 @@ def read_table(
         lines.pop()
     del lines[rows_end:]
     top = next((row for row, line in enumerate(lines) if _is_content(line)), len(lines))
+    labelled = 0
     if (labels := labels_of(lines[-1])) is not None:
         if columns is not None:
             raise fault(source, top + 1, "names stand before its numbers already; leave --columns out")
         top, drop, columns = min(top + drop, len(lines)), 0, ",".join(labels)
-        lines[top:] = without_labels(lines[top:], labels, source, top + 1)
+        begun = (row for row, line in enumerate(lines[top : top + MOST_ABOVE]) if labels_of(line) == labels)
+        top += (labelled := next(begun, 0))
+        lines[top:] = without_labels(lines[top:], lines[-1], source, top + 1)
     # Where numbers have commas, one separates only quotes, and nothing else does.
     by_comma = not decimal_comma or (
         '"' in lines[-1] and not any(mark in lines[-1] for mark in DELIMITERS.keys() - ",")
     )
     marks = [mark for mark in DELIMITERS if mark != "," or by_comma]
-    above = rows_begin = 0
+    rows_begin, above = 0, labelled
     if columns is None and not _names_all(lines[top - 1] if top else "", marks, stated):
         above, rows_begin = _lines_above_names(lines[top : top + MOST_ABOVE], marks, stated)
     elif columns is not None and labels is None:

@@ -496,6 +496,32 @@ def test_names_before_each_number_as_plotters_want_them(imported, line):
     check(imported(rows(line), **STATED))
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "t: {t:.2f}s, duty: {d} %, count: {n}\n",
+        "t={t:.2f} duty={d} count={n}\n",
+        "t: {t:.2f} duty: {d} count: {n}\n",
+        "t = {t:.2f}s | duty = {d}% | count = {n}\n",
+    ],
+)
+def test_names_and_units_as_people_read_them(imported, line):
+    check(imported(rows(line), **STATED))
+    begun = "=~=~= PuTTY log 2021.12.19 16:06:17 =~=~=\nready\n7A, count: 3\n" + rows(line)
+    assert imported(begun, **STATED).header["imported"]["lines_above"] == 2
+
+
+def test_a_name_of_several_words_is_a_column(imported):
+    text = rows("Run Time: {t:.2f}s, PWM Percent: {d}%, Count: {n}\n")
+    named = {"time": "Run Time", "input": "PWM Percent" + STATED["input"].removeprefix("duty"), "count": "Count"}
+    check(imported(text, **{**STATED, **named}))
+
+
+def test_a_unit_that_changes_is_refused(refused):
+    text = rows("t: {t:.2f}s, duty: {d} %, count: {n}\n")
+    assert "line 3: t has the unit 'ms', and 's' elsewhere" in refused(text.replace("0.02s", "0.02ms"), **STATED)
+
+
 def test_a_torn_first_line_of_a_plotters_log_is_left_out(imported):
     torn = "ty:0,count:70\n" + rows("t:{t:.2f},duty:{d},count:{n}\n")
     check(imported(torn, **STATED, drop_first=1))
