@@ -7,7 +7,7 @@ import numpy as np
 
 from jaxmotor.diagnosis._certainty import OF_FAMILY, of_name
 from jaxmotor.diagnosis._errors import differs, effect_errors
-from jaxmotor.diagnosis._found import NONE, Explained, Found, Named
+from jaxmotor.diagnosis._found import EXPLAINED, NONE, Explained, Found, Named
 from jaxmotor.diagnosis._found_effect import Alternative, FoundEffect
 from jaxmotor.diagnosis._held_out import HeldOut
 from jaxmotor.diagnosis._moments import moment_error
@@ -28,7 +28,7 @@ from jaxmotor.motor.effects import (
 ALTERNATIVES = 4
 """Of each effect that are scored on held-out rows."""
 FAR = 2.0
-"""Times chi2 of the best motor, above which nobody asks how much worse another one is, exactly."""
+"""Times chi2 of a motor, above which nobody asks how much worse another one is, exactly, and which is far worse."""
 SCATTERS = 2.0
 """Standard deviations of chi2 per sample that rows held out may have beside the noise."""
 UNKNOWN = 0.5
@@ -72,6 +72,9 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
         if held.is_worse and gain <= 0:
             # Without it rows that were held out are predicted better.
             sure = with_equal = with_law = family = kin = 0.0
+        if (instead := _overtaken_by(held, found, own, alternatives[own.name])) is not None:
+            sure = with_equal = with_law = kin = 0.0
+            family *= instead.family == effect.family
         effects.append(
             FoundEffect(
                 effect,
@@ -89,6 +92,17 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
             )
         )
     return tuple(sorted(effects, key=lambda one: -one.held_out_gain_percent))
+
+
+def _overtaken_by(
+    held: HeldOut, found: Found, named: Named, alternatives: tuple[Alternative, ...]
+) -> AbstractEffect | None:
+    """The effect in the place of the `named` one that is told from it and predicts held-out rows far better."""
+    drift = held.after.drift
+    far = [one.name for one in alternatives if drift + one.chi2_excess < drift / FAR and not one.inseparable]
+    if not (held.own and drift > EXPLAINED and far):
+        return None
+    return next(one for one in (_added(other, found) for other in named.alternatives) if one.name == far[0])
 
 
 def _more_than_ordinary(effect: AbstractEffect, error: dict[str, float]) -> float:
