@@ -54,14 +54,11 @@ def warn_early(recording: Recording) -> list[str]:
 def warn_zero(recording: Recording) -> list[str]:
     """A shaft that turns on steadily where the input is zero."""
     for index, segment in enumerate(recording.segments):
-        speed, still = mean_speeds(recording, segment), segment.volts[:-1] == 0
-        fastest = np.abs(speed).max(initial=SLOWEST_RAD_S)
-        edges = np.flatnonzero(np.diff(still.astype(int), prepend=0, append=0))
-        for start, stop in edges.reshape(-1, 2).tolist():
-            quarters = np.array_split(speed[start:stop], 4)
-            if still.all() or stop - start < ZERO_ROWS:
-                continue
-            before, after = (float(np.median(quarters[k])) for k in (1, 3))
+        stretches = _without_input(segment)
+        speed = mean_speeds(recording, segment) if stretches else np.zeros(1)
+        fastest = np.abs(speed).max()
+        for start, stop in stretches:
+            before, after = (float(np.median(np.array_split(speed[start:stop], 4)[k])) for k in (1, 3))
             if abs(after) > FAST * fastest and abs(after - before) < STEADY * abs(after):
                 lasts = segment.time_s[stop] - segment.time_s[start]
                 return [
@@ -70,6 +67,14 @@ def warn_zero(recording: Recording) -> list[str]:
                     "or log all that drives the motor"
                 ]
     return []
+
+
+def _without_input(segment: Segment) -> list[tuple[int, int]]:
+    """Where the input is zero for many rows, in a segment that has another, too."""
+    still = segment.volts[:-1] == 0
+    edges = np.flatnonzero(np.diff(still.astype(int), prepend=0, append=0)).reshape(-1, 2)
+    long = edges[edges[:, 1] - edges[:, 0] >= ZERO_ROWS]
+    return [] if still.all() else [(start, stop) for start, stop in long.tolist()]
 
 
 def _first_driven(segment: Segment) -> int:
