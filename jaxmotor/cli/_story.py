@@ -78,7 +78,8 @@ def _why(diagnosis: Diagnosis) -> list[str]:
     families: set[str] = set()
     for found in (found for found in diagnosis.named if found.is_told):
         lines.append(f"{cause(found, again=found.effect.family in families)}: {sentence(found)}")
-        families |= set() if found.is_named or found.is_one_of_several else {found.effect.family}
+        if not (found.is_named or found.is_one_of_several):
+            families.add(found.effect.family)
     if others := [found for found in diagnosis.named if not found.is_told]:
         stays = 100 * max(max(found.unexplained_share, found.held_out_share) for found in others)
         # An effect that is plain to see has no probability beside something that nobody has explained.

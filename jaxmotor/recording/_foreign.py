@@ -428,8 +428,8 @@ def input_of(
         scale = f"{abs(stated.full_scale):g}{f' around {stated.zero:g}' if stated.zero else ''}"
         raise table.fault(
             row,
-            f"{stated.column} is {values[row]:g}, beyond the full scale of {scale}; state another, or what "
-            "was applied at most (--input-limit)",
+            f"{stated.column} is {values[row]:g}, beyond the full scale of {scale}; state another, or of "
+            "a log of rows what was applied at most (--input-limit)",
         )
     # Where the value of the supply is below that of no voltage, duties are counted downward.
     sign, full = (1 if stated.full_scale > 0 else -1), abs(stated.full_scale)

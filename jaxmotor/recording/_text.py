@@ -16,8 +16,8 @@ MAX_ROWS = 2_000_000
 
 WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 """How Excel's files begin, today's and those of before."""
-NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-"""A finite number as text."""
+NUMBER = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?")
+"""A finite number as text; written so that a cell of any length is read once, whatever follows its digits."""
 
 _SPLIT = "split it into several files or log at a lower rate"
 

@@ -517,6 +517,15 @@ def test_a_name_of_several_words_is_a_column(imported):
     check(imported(text, **{**STATED, **named}))
 
 
+def test_a_cell_of_many_digits_is_refused_at_once(refused):
+    """With as many ways to read it as it has digits, squared, this would take hours."""
+    many = "1" * 300_000
+    labelled = rows("t:{t:.2f},duty:{d},count:{n}\n") + f"t:0.20,duty:3,count:{many}=\n"
+    plain = "t,duty,count\n" + rows("{t:.2f},{d},{n}\n") + f"0.20,3,{many}x\n"
+    for text in (labelled, plain):
+        assert len(refused(text, **STATED)) < 500
+
+
 def test_a_unit_that_changes_is_refused(refused):
     text = rows("t: {t:.2f}s, duty: {d} %, count: {n}\n")
     assert "line 3: t has the unit 'ms', and 's' elsewhere" in refused(text.replace("0.02s", "0.02ms"), **STATED)
