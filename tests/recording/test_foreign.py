@@ -244,10 +244,9 @@ def test_bad_logs(refused, log):
         ({"speed": "speed:rpm", "input": "u_V:duty:5@5", "supply_V": 1}, "no positive number"),
         ({"speed": "speed:rpm", "input": "u_V:duty:5@", "supply_V": 1}, "COLUMN:duty:FULL@ZERO where"),
         ({"speed": "speed:rpm", "input": "u_V:duty:2", "supply_V": 1}, "line 5: u_V is 3, beyond"),
-        (
-            {"speed": "speed:rpm", "input": "u_V:duty:4@2", "supply_V": 1},
-            "-3, beyond the full scale of 2 around 2; state another, or what was applied at most (input_limit)",
-        ),
+        ({"speed": "speed:rpm", "input": "u_V:duty:4@2", "supply_V": 1}, "-3, beyond the full scale of 2 around 2"),
+        ({"speed": "speed:rpm", "input": "u_V:duty:4@2", "supply_V": 1}, "what was applied at most (input_limit)"),
+        ({"speed": "speed:rpm", "input_limit": 0}, "input_limit is 0"),
         ({"speed": "speed:rpm", "time": "t_s:h"}, "'h' is not known"),
         ({"speed": "speed:rpm", "time": "t"}, "no column 't'"),
         ({"speed": "speed:rpm", "segment": "trial"}, "no column 'trial'"),
