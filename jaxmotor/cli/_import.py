@@ -13,6 +13,7 @@ CURVE = (
     "counts_per_rev",
     "speed_window_s",
     "drive",
+    "only",
     "columns",
     "drop_first",
     "decimal_comma",
@@ -47,6 +48,9 @@ def import_command(
     ] = None,
     segment: Annotated[
         str | None, typer.Option(metavar="COL", help="Each change begins a segment; of the time, each start anew.")
+    ] = None,
+    only: Annotated[
+        str | None, typer.Option(metavar="COL=VALUE", help="Rows that have it there: of motors by turns, one.")
     ] = None,
     gap: Annotated[
         float | None, typer.Option(metavar="S", help="More than that between two rows begins a segment, too.")
@@ -114,6 +118,7 @@ def import_command(
         "pulses": pulses,
         "wrap": _wrap(wrap),
         "segment": segment,
+        "only": only,
         "gap_s": gap,
         "supply": supply_column,
         "supply_V": supply,

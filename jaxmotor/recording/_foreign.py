@@ -19,6 +19,7 @@ from jaxmotor.recording._known_step import known_step
 from jaxmotor.recording._log import assemble
 from jaxmotor.recording._log_columns import Log
 from jaxmotor.recording._matlab import is_matlab, read_matlab
+from jaxmotor.recording._one_of_several import check_apart, of_one
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._pulse_windows import usual_window_s
 from jaxmotor.recording._recording import Recording, RecordingError
@@ -59,6 +60,7 @@ def import_log(
     pulses: str | None = None,
     wrap: int | Literal["turn"] | None = None,
     segment: str | None = None,
+    only: str | None = None,
     gap_s: float | int | None = None,
     supply: str | None = None,
     supply_V: float | int | None = None,
@@ -92,7 +94,8 @@ def import_log(
     then the column is scaled so that it begins at `supply_V`. Where it is `supply_unknown`, 1 V stands for it.
 
     Even time stamps become ticks, uneven ones stay time. Each change of the column `segment` begins a new segment; its
-    value is kept as the parameter `label`; where that is the column of the time, one begins wherever time runs back. So
+    value is kept as the parameter `label`; where that is the column of the time, one begins wherever time runs back.
+    Of a log of several motors by turns, `only` (`COL=VALUE`) names the one whose rows are read. So
     it does after more than `gap_s` [s] between two rows: what was applied meanwhile is not known. A segment is taken to
     start at rest only where the log shows it: at least its first two rows have zero input, and throughout these rows
     the shaft does not move. `input_acts` says whether a row's input is applied from that row on, or was until it: then
@@ -124,6 +127,7 @@ def import_log(
     input = INPUT if input is None and step is None else input
     stated = {"time": time, "input": input, "speed": speed, "angle": angle, "count": count, "pulses": pulses}
     stated |= {"wrap": None if wrap is None else str(wrap), "segment": segment, "supply": supply, "columns": columns}
+    stated |= {"only": only}
     path = path if isinstance(path, Table) else path_of(path, "the path of a log")
     check_stated(drive, drop_first, **stated)
     check_choice("--input-acts", input_acts, get_args(Acts))
@@ -150,6 +154,7 @@ def import_log(
     table = path if isinstance(path, Table) else opened(path, columns, drop_first, decimal_comma, stated)
     names = list(table.cells)
     with about_log(table.source):
+        table = of_one(table, only)
         table, bounds, labels, stamps = _in_time(table, time, period_s or 1.0, segment, gap_s, drop_first)
         if step is not None:
             table, input = step.as_column(table, stamps[0], bounds)
@@ -280,12 +285,12 @@ def opened(
 
     **Raises:** `RecordingError`.
     """
-    names = [one for key, one in stated.items() if one is not None and key not in ("wrap", "columns")]
+    names = [one for key, one in stated.items() if one is not None and key not in ("wrap", "columns", "only")]
     if not is_matlab(path):
         return read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma, stated=names)
     if columns is not None or decimal_comma:
         raise RecordingError(f"{path}: the variables have names and numbers; leave --columns and --decimal-comma out")
-    return read_matlab(path, drop=drop_first, stated=[one for one in stated.values() if one is not None])
+    return read_matlab(path, drop=drop_first, stated=names)
 
 
 def nominal(stated: Input, measured: np.ndarray | None, supply_V: float | None, unknown: bool) -> float | None:
@@ -461,6 +466,8 @@ def _segments(
     if len(starts) > MAX_LABELS:
         many = "--gap" if gaps.any() else repr(segment)
         raise RecordingError(f"{many} begins {len(starts)} segments; it is no segment column, or split the log")
+    if segment is not None and not gaps.any():
+        check_apart(table, segment, starts)
     bounds = np.array([*starts, len(table)])
     kept = np.ones(len(table), bool)
     for start, stop in itertools.pairwise(bounds[1:].tolist()):
@@ -503,6 +510,9 @@ def _check_time(table: Table, time_s: np.ndarray, bounds: np.ndarray, clock: str
         hint = f", or name {apart}" if alone else ""
         hint = ", or leave a stale first row out (--drop-first 1)" if row == 1 else hint
         if step[row - 1] == 0 and (step == 0).sum() > 1:
-            hint = "; where stamps are coarse and rows come evenly, state --period instead of --time"
+            hint = (
+                "; where stamps are coarse and rows come evenly, state --period instead of --time; where motors take "
+                "turns, read one of them (--only COL=VALUE)"
+            )
         at = table.cells[clock][row].strip()
         raise table.fault(row, f"the time {what} at {clock} = {at}; correct or delete the row{hint}")

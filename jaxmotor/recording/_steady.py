@@ -6,6 +6,7 @@ import numpy as np
 
 from jaxmotor._arguments import path_of
 from jaxmotor.recording._foreign import Drive, check_stated, input_of, nominal, opened, window_of
+from jaxmotor.recording._one_of_several import of_one
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._shaft import Shaft
@@ -32,6 +33,7 @@ def import_steady(
     counts_per_rev: float | int | None = None,
     wheel_radius_m: float | int | None = None,
     drive: Drive | None = None,
+    only: str | None = None,
     columns: str | None = None,
     drop_first: int = 0,
     decimal_comma: bool = False,
@@ -46,7 +48,7 @@ def import_steady(
     **Raises:** `RecordingError`.
     """
     path = path_of(path, "the path of a log")
-    check_stated(drive, drop_first, input=input, speed=speed, columns=columns)
+    check_stated(drive, drop_first, input=input, speed=speed, columns=columns, only=only)
     window = window_of(speed_window_s)
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     period, hold = positive(period_s, "--period"), positive(hold_s, "--steady")
@@ -60,13 +62,14 @@ def import_steady(
         raise RecordingError(f"--steady {hold:g} is less than two periods of {period:g} s; hold the states longer")
     table = opened(path, columns, drop_first, decimal_comma, {"input": input, "speed": speed})
     with about_log(table.source):
+        table = of_one(table, only)
         names = list(table.cells)
         stated = split_input(input, names)
         supply_V = nominal(stated, None, supply_V, supply_unknown)
         volts, _, _ = input_of(table, stated, supply_V)
         speeds = Shaft(speed=speed).read(table, names, scale)["speed_rad_s"]
     limit_rows(len(volts) * ticks, table.source)
-    tick = np.arange(ticks)
+    tick, chosen = np.arange(ticks), {} if only is None else {"only": only}
     segments = [
         Segment(
             kind="other",
@@ -88,7 +91,7 @@ def import_steady(
         supply_V=supply_V,
         speed_window_s=window,
         drive=drive,
-        header={"imported": {"log": path.name, "input": input, "speed": speed} | table.left_out}
+        header={"imported": {"log": path.name, "input": input, "speed": speed} | chosen | table.left_out}
         | ({"supply_unknown": True} if supply_unknown else {}),
     )
 

@@ -45,6 +45,44 @@ def refused(imported):
     return of
 
 
+BY_TURNS = """\
+t_s,motor,u_V,speed
+0.00,M1,0,0
+0.00,M2,0,0
+0.02,M1,3,10
+0.02,M2,6,40
+0.04,M1,3,20
+0.04,M2,6,80
+"""
+
+
+@pytest.mark.parametrize(
+    ("only", "speeds"), [("motor=M1", [0, 10, 20]), ("motor=M2", [0, 40, 80]), ("u_V=3.0", [10, 20])]
+)
+def test_one_of_several_motors_by_turns(imported, only, speeds):
+    recording = imported(BY_TURNS, speed="speed:rad/s", only=only)
+    [segment] = recording.segments
+    assert (segment.speed_rad_s.tolist(), recording.period_s) == (speeds, 0.02)
+    assert recording.header["imported"]["only"] == only
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        ({"only": "motor=M3"}, "column 'motor' is never 'M3'; it is 'M1', 'M2'"),
+        ({"only": "wheel=M1"}, "names no column and a value of it, COL=VALUE; the columns are 't_s', 'motor'"),
+        ({"only": "motor"}, "names no column and a value of it"),
+        ({"segment": "motor"}, "where motors take turns in it, read one of them at a time: only 'motor=M1'"),
+        ({"segment": "speed"}, "'speed' changes with every row, and a row alone is no segment; name another column"),
+        ({}, "the time stands still at t_s = 0.00"),
+        ({}, "where motors take turns, read one of them (only COL=VALUE)"),
+    ],
+)
+def test_motors_by_turns_that_are_not_told_apart(refused, flags, told):
+    log = BY_TURNS.replace("6,80", "6,90").replace("M2,0,0", "M2,0,5")
+    assert told in refused(log, **{"speed": "speed:rad/s"} | flags)
+
+
 @pytest.mark.parametrize(
     ("flags", "volts"),
     [
