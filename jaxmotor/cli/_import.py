@@ -93,6 +93,9 @@ def import_command(
         bool,
         typer.Option("--drop-spikes", help="Speeds and angles that no motor has, for a row or few, are no readings."),
     ] = False,
+    drop_damaged: Annotated[
+        bool, typer.Option("--drop-damaged", help="Lines with other fields, or no numbers, are left out.")
+    ] = False,
     decimal_comma: Annotated[bool, typer.Option("--decimal-comma", help="Numbers are like 3,14.")] = False,
     steady: Annotated[
         float | None, typer.Option(metavar="S", help="Rows are steady states, each taken to last S seconds.")
@@ -126,6 +129,7 @@ def import_command(
         "columns": columns,
         "drop_first": drop_first or None,
         "drop_spikes": drop_spikes or None,
+        "drop_damaged": drop_damaged or None,
         "decimal_comma": decimal_comma or None,
         "counts_per_rev": counts_per_rev,
         "speed_window_s": speed_window,
@@ -241,6 +245,8 @@ def _summary(recording, output: Path) -> str:
     without = f"; {above} line{'s' if above > 1 else ''} above the {below} left out" if above else ""
     without += "; the last line is cut, and left out" if "cut_lines" in imported else ""
     are = "are gaps" if missing > 1 else "is a gap"
+    damaged = imported.get("damaged_lines", 0)
+    without += f"; {damaged} damaged line{'s' if damaged > 1 else ''} left out" if damaged else ""
     without += f"; {missing} row{'s' if missing > 1 else ''} without input or shaft {are}" if missing else ""
     every_s = recording.header.get("readings_every_s")
     if every_s is not None:

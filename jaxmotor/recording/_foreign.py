@@ -13,6 +13,7 @@ import numpy as np
 from jaxmotor._arguments import check_choice, check_text, check_whole, is_number, path_of
 from jaxmotor._sentences import shown
 from jaxmotor.recording._check import lost_ticks
+from jaxmotor.recording._damaged import in_order, without_damaged
 from jaxmotor.recording._fixed_time import over_rows
 from jaxmotor.recording._header import RANGES
 from jaxmotor.recording._known_step import known_step
@@ -77,6 +78,7 @@ def import_log(
     columns: str | None = None,
     drop_first: int = 0,
     drop_spikes: bool = False,
+    drop_damaged: bool = False,
     decimal_comma: bool = False,
     period_s: float | int | None = None,
 ) -> Recording:
@@ -116,7 +118,8 @@ def import_log(
 
     `columns` names the columns of a log without names, separated by commas; `drop_first` rows are left out at the
     beginning of the log and of each segment; with `drop_spikes` speeds and angles that no motor has, those of which
-    `check` tells, are no readings; with `decimal_comma` numbers are like 3,14.
+    `check` tells, are no readings; with `drop_damaged` lines with another number of fields are left out, and those in
+    which a stated column holds no number, or a time that does not fit in; with `decimal_comma` numbers are like 3,14.
 
     **Raises:** `RecordingError`.
     """
@@ -148,13 +151,16 @@ def import_log(
         gaps=gap_s is not None,
         counted=speed is None and angle is None,
         drop_spikes=drop_spikes,
+        drop_damaged=drop_damaged,
         supply_stated=supply_V is not None or supply is not None,
         supply_unknown=supply_unknown,
     )
-    table = path if isinstance(path, Table) else opened(path, columns, drop_first, decimal_comma, stated)
+    table = path if isinstance(path, Table) else opened(path, columns, drop_first, decimal_comma, stated, drop_damaged)
     names = list(table.cells)
     with about_log(table.source):
         table = of_one(table, only)
+        if drop_damaged and time is not None and segment is None:
+            table = in_order(table, split_time(time, names)[0])
         table, bounds, labels, stamps = _in_time(table, time, period_s or 1.0, segment, gap_s, drop_first)
         if step is not None:
             table, input = step.as_column(table, stamps[0], bounds)
@@ -187,7 +193,7 @@ def import_log(
     recording = recording if fixed_s is None else over_rows(recording, fixed_s)
     recording = recording if pulses_per_rev is None else _of_pulses(recording, pulses_per_rev)
     # What was counted in a row that is missing is lost.
-    lost = pulses is not None and (missing or any(map(lost_ticks, recording.segments)))
+    lost = pulses is not None and (missing or table.damaged or any(map(lost_ticks, recording.segments)))
     recording = dataclasses.replace(recording, count_resets=True) if lost else recording
     recording = without_spikes(recording) if drop_spikes else recording
     return supplied(recording, scaled=supply_V is not None)
@@ -216,6 +222,7 @@ def _check_beside(
     gaps: bool,
     counted: bool,
     drop_spikes: bool,
+    drop_damaged: bool,
     supply_stated: bool,
     supply_unknown: bool,
 ) -> None:
@@ -229,6 +236,11 @@ def _check_beside(
     if drop_spikes and counted:
         raise RecordingError(
             "a count that jumps as no motor does is refused; leave --drop-spikes out, or state --angle COL:counts"
+        )
+    if drop_damaged and not stamped:
+        raise RecordingError(
+            "how many rows a damaged line was is known where each row has its time; leave --drop-damaged out, or "
+            "state --time"
         )
     if supply_unknown and supply_stated:
         raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
@@ -279,7 +291,12 @@ def column_names(path: str | os.PathLike[str]) -> tuple[str, ...]:
 
 
 def opened(
-    path: Path, columns: str | None, drop_first: int, decimal_comma: bool, stated: Mapping[str, str | None]
+    path: Path,
+    columns: str | None,
+    drop_first: int,
+    decimal_comma: bool,
+    stated: Mapping[str, str | None],
+    drop_damaged: bool = False,
 ) -> Table:
     """The log at `path`, a CSV or a file of MATLAB, which has the columns that are `stated`.
 
@@ -287,9 +304,15 @@ def opened(
     """
     names = [one for key, one in stated.items() if one is not None and key not in ("wrap", "columns", "only")]
     if not is_matlab(path):
-        return read_table(path, columns=columns, drop=drop_first, decimal_comma=decimal_comma, stated=names)
-    if columns is not None or decimal_comma:
-        raise RecordingError(f"{path}: the variables have names and numbers; leave --columns and --decimal-comma out")
+        table = read_table(
+            path, columns=columns, drop=drop_first, decimal_comma=decimal_comma, drop_damaged=drop_damaged, stated=names
+        )
+        numbers = [one for key, one in stated.items() if one in names and key != "segment"]
+        return without_damaged(table, [one for one in numbers if one is not None]) if drop_damaged else table
+    if columns is not None or decimal_comma or drop_damaged:
+        raise RecordingError(
+            f"{path}: the variables have names and numbers; leave --columns, --decimal-comma and --drop-damaged out"
+        )
     return read_matlab(path, drop=drop_first, stated=names)
 
 

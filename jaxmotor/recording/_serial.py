@@ -31,21 +31,25 @@ def labels_of(line: str) -> list[str] | None:
     return None if pairs is None else [name for name, _, _ in pairs]
 
 
-def without_labels(lines: Sequence[str], like: str, source: str, first: int) -> list[str]:
+def without_labels(lines: Sequence[str], like: str, source: str, first: int, *, is_damaged: bool = False) -> list[str]:
     """`lines`, of which the first one is line `first` of the log, with commas and without names and units, which are
-    those of the line `like`.
+    those of the line `like`. Nothing of a line that has others, where the log `is_damaged`.
 
-    **Raises:** `RecordingError` for a line that has others.
+    **Raises:** `RecordingError` for such a line elsewhere.
     """
     known = [(name, unit) for name, _, unit in _pairs(like) or []]
     plain = []
     for number, line in enumerate(lines, first):
         # What is no number is told of where numbers are read.
         found = _pairs(line) or [(*_named(cell), "") for cell in _cells(line)]
+        if is_damaged and [(name, unit) for name, _, unit in found] != known:
+            plain.append("")
+            continue
         names = [name for name, _, _ in found]
         if names != [name for name, _ in known]:
             listed = ", ".join(name for name, _ in known)
-            raise fault(source, number, f"the names {listed} do not stand before its numbers; correct it")
+            what = f"the names {listed} do not stand before its numbers"
+            raise fault(source, number, f"{what}; correct it, or leave damaged lines out with --drop-damaged")
         for (name, _, unit), (_, usual) in zip(found, known, strict=True):
             if unit != usual:
                 raise fault(

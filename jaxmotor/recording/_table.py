@@ -25,6 +25,8 @@ MISSING = ("", "nan", "-nan", "na")
 """Cells that say that nothing was measured, in small letters."""
 MOST_ABOVE = 200
 """Lines that a board may print above the column names, or where there are none, above the rows."""
+MOST_DAMAGED = 0.2
+"""Part of the lines that may be damaged: of more, the columns are others than those stated."""
 LARGEST = 1e17
 """Greater numbers are damage."""
 NOTHING = "a line of column names and then rows are needed; the log has none"
@@ -51,6 +53,8 @@ class Table:
     """Lines of something else above the column names, or where there are none, above the rows."""
     is_cut: bool = False
     """The last line ended before its last field, and is left out."""
+    damaged: int = 0
+    """Lines that were no rows, and are left out."""
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -59,7 +63,8 @@ class Table:
     def left_out(self) -> dict[str, int]:
         """For a header: what of the file was not read as rows."""
         above = {"lines_above": self.lines_above} if self.lines_above else {}
-        return above | ({"cut_lines": 1} if self.is_cut else {})
+        damaged = {"damaged_lines": self.damaged} if self.damaged else {}
+        return above | ({"cut_lines": 1} if self.is_cut else {}) | damaged
 
     def fault(self, row: int, sentence: str) -> RecordingError:
         """The error about `row`, counted from 0."""
@@ -188,6 +193,7 @@ def read_table(
     columns: str | None = None,
     drop: int = 0,
     decimal_comma: bool = False,
+    drop_damaged: bool = False,
     stated: Collection[str] = (),
 ) -> Table:
     """The log at `path`: comment lines, a line of column names, rows.
@@ -195,14 +201,15 @@ def read_table(
     What a board prints as it starts may stand above the line that names all `stated` columns (`COL` or `COL:UNIT`). The
     names may stand in the last comment line above the rows, or before each number (`pwm:200,rpm:35`). Where there
     are none, `columns` gives them, separated by commas; lines above the first one of so many numbers are then left out.
-    The first `drop` rows are left out unread. With `decimal_comma` numbers are like 3,14. Times of day that a serial
+    The first `drop` rows are left out unread. With `decimal_comma` numbers are like 3,14. With `drop_damaged` lines of
+    another number of fields are left out, and bytes that are no text may stand in them. Times of day that a serial
     monitor put before its lines are left out, and so are a last line that is cut, what separates the last number of
     each row from nothing, and the brackets of a matrix in MATLAB's words.
 
     **Raises:** `RecordingError`.
     """
     source = str(path)
-    text = text_of(load(path), source)
+    text = text_of(load(path), source, is_damaged=drop_damaged)
     limit_rows(text.count("\n"), source)
     lines = without_brackets(without_arrival(text.rstrip().split("\n")), MOST_ABOVE)
     if not lines:
@@ -220,7 +227,7 @@ def read_table(
         top, drop, columns = min(top + drop, len(lines)), 0, ",".join(labels)
         begun = (row for row, line in enumerate(lines[top : top + MOST_ABOVE]) if labels_of(line) == labels)
         top += (labelled := next(begun, 0))
-        lines[top:] = without_labels(lines[top:], lines[-1], source, top + 1)
+        lines[top:] = without_labels(lines[top:], lines[-1], source, top + 1, is_damaged=drop_damaged)
     # Where numbers have commas, one separates only quotes, and nothing else does.
     by_comma = not decimal_comma or (
         '"' in lines[-1] and not any(mark in lines[-1] for mark in DELIMITERS.keys() - ",")
@@ -240,10 +247,15 @@ def read_table(
     first += drop
     if first >= len(lines):
         raise RecordingError(f"{source}: {NOTHING}")
-    rows = _without_empty_end(_split(lines[first:], delimiter, source, first + 1), len(names))
-    _check_widths(rows, lines[first:], len(names), source, first + 1)
+    rows = _split(lines[first:], delimiter, source, first + 1, is_damaged=drop_damaged)
+    rows, numbers = _without_empty_end(rows, len(names)), range(first + 1, len(lines) + 1)
+    if drop_damaged:
+        rows, numbers = _of_width(rows, numbers, len(names), source)
+    else:
+        _check_widths(rows, lines[first:], len(names), source, first + 1)
     cells = {name: list(column) for name, column in zip(names, zip(*rows, strict=True), strict=True) if name}
-    table = Table(source, range(first + 1, len(lines) + 1), cells, lines_above=above, is_cut=is_cut)
+    damaged = len(lines) - first - len(rows)
+    table = Table(source, numbers, cells, lines_above=above, is_cut=is_cut, damaged=damaged)
     return _with_points(table) if decimal_comma else table
 
 
@@ -391,7 +403,22 @@ def _without_empty_end(rows: list[list[str]], width: int) -> list[list[str]]:
     return rows
 
 
-def _split(lines: list[str], delimiter: str, source: str, first: int) -> list[list[str]]:
+def _of_width(
+    rows: list[list[str]], numbers: Sequence[int], width: int, source: str
+) -> tuple[list[list[str]], list[int]]:
+    """Those of `rows`, and of their line `numbers`, that have `width` cells.
+
+    **Raises:** `RecordingError` where none has.
+    """
+    rows = [row[:width] if len(row) == width + 1 and not row[width].strip() else row for row in rows]
+    kept = [(row, number) for row, number in zip(rows, numbers, strict=True) if len(row) == width]
+    if not kept:
+        raise RecordingError(f"{source}: no line has the {_counted(width)} of its columns; check their names")
+    return [row for row, _ in kept], [number for _, number in kept]
+
+
+def _split(lines: list[str], delimiter: str, source: str, first: int, *, is_damaged: bool = False) -> list[list[str]]:
+    """The cells of `lines`; none of a line whose quotes do not fit, where the log `is_damaged`."""
     if delimiter == " ":
         return [line.split() for line in lines]
     if not any('"' in line for line in lines):
@@ -401,6 +428,9 @@ def _split(lines: list[str], delimiter: str, source: str, first: int) -> list[li
         try:
             rows.append(next(csv.reader([line], delimiter=delimiter, strict=True), [""]))
         except csv.Error as error:
+            if is_damaged:
+                rows.append([])
+                continue
             raise fault(source, number, f"the quotes do not fit ({error}); correct the row") from error
     return rows
 
@@ -419,8 +449,11 @@ def _check_widths(rows: list[list[str]], lines: list[str], width: int, source: s
     for number, (row, line) in enumerate(zip(rows, lines, strict=True), first):
         if len(row) != width:
             what = "a comment or blank line" if not line.strip() or line.startswith(COMMENTS) else _counted(len(row))
+            wrong = sum(len(one) != width for one in rows)
             hint = "correct or delete it"
-            if len(row) > width:
+            if 1 < wrong <= MOST_DAMAGED * len(rows):
+                hint = f"so are {wrong - 1} others: leave damaged lines out with --drop-damaged"
+            elif len(row) > width:
                 hint = "if commas are decimal marks, export with another separator"
             elif number == first:
                 hint = "correct it, or leave it out with --drop-first"

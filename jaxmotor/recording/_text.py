@@ -18,6 +18,8 @@ WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 """How Excel's files begin, today's and those of before."""
 NUMBER = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?")
 """A finite number as text; written so that a cell of any length is read once, whatever follows its digits."""
+NO_TEXT = "\N{REPLACEMENT CHARACTER}"
+"""In the place of bytes that are no text."""
 
 _SPLIT = "split it into several files or log at a lower rate"
 
@@ -49,8 +51,9 @@ def load(path: Path, *, limit: int = MAX_BYTES) -> bytes:
     return data
 
 
-def text_of(data: bytes, source: str) -> str:
-    """UTF-8 text with line ends as `\\n`; a byte order mark is dropped.
+def text_of(data: bytes, source: str, *, is_damaged: bool = False) -> str:
+    """UTF-8 text with line ends as `\\n`; a byte order mark is dropped. Where it `is_damaged` bytes that are no text
+    become one character that no number has.
 
     **Raises:** `RecordingError` for binary data, other encodings, and more than `MAX_ROWS` lines of rows.
     """
@@ -59,6 +62,9 @@ def text_of(data: bytes, source: str) -> str:
     if data.startswith(WORKBOOKS):
         raise RecordingError(f"{source}: an Excel workbook, or another archive; save its sheet as CSV")
     data = data.removeprefix(b"\xef\xbb\xbf")
+    if is_damaged:
+        text = data.decode("utf-8", errors="replace").replace("\r\r\n", "\n").replace("\r\n", "\n")
+        return text.replace("\0", NO_TEXT).replace("\r", NO_TEXT)
     if (zero := data.find(b"\0")) >= 0:
         raise fault(source, _line_at(data, zero), "binary data; give a text file, this one is damaged or another kind")
     try:

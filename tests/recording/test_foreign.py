@@ -45,6 +45,57 @@ def refused(imported):
     return of
 
 
+def damaged(style: str) -> tuple[list[int], bytes]:
+    """The rows of 200 that are whole, and the log, whose other lines are damaged in the five ways that were seen."""
+    rows = [[20 * k, 150, 7.25 * k] for k in range(200)]
+    lines = [style.format(*row) for row in rows]
+    lines[20] = lines[20][: len(lines[20]) // 2]
+    lines[50] = lines[50] + lines[50][4:]
+    lines[90] = "boot \x00\udcff\rok"
+    lines[120] = style.format(20 * 120, 150, "8x.0")
+    lines[150] = style.format(40, 150, 1.0)
+    lines[199] = style.format(20 * 199, 150, 1e9).replace("1000000000.0", "")
+    kept = [k for k in range(200) if k not in (20, 50, 90, 120, 150, 199)]
+    return kept, "\n".join(lines).encode(errors="surrogateescape")
+
+
+@pytest.mark.parametrize("style", ["{},{},{}", "{} {} {}", "{};{};{};"])
+def test_damaged_lines_are_left_out_where_that_is_stated(imported, style):
+    kept, log = damaged(style)
+    flags = {"columns": "t,u,w", "time": "t:ms", "input": "u:duty:255", "supply_V": 12, "speed": "w:rad/s"}
+    with pytest.raises(RecordingError):
+        imported(log, **flags)
+    recording = imported(log, **flags, drop_damaged=True)
+    [segment] = recording.segments
+    np.testing.assert_array_equal(segment.tick, kept)
+    np.testing.assert_allclose(segment.speed_rad_s, [7.25 * k for k in kept])
+    told = recording.header["imported"]
+    assert told["damaged_lines"] + told.get("cut_lines", 0) + told.get("missing_rows", 0) == 6
+
+
+def test_a_torn_log_of_names_and_numbers(imported):
+    lines = [f"t:{20 * k} u:3 w:{k}" for k in range(30)]
+    lines[7], lines[9] = "t:140 u:3", "t:180 u:3 t:18"
+    log = "\n".join(lines)
+    recording = imported(log, time="t:ms", input="u:V", speed="w:rad/s", drop_damaged=True)
+    assert recording.segments[0].tick.tolist() == [k for k in range(30) if k not in (7, 9)]
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        ({}, "2 fields where the columns are 3; so are 2 others: leave damaged lines out with drop_damaged"),
+        ({"drop_damaged": True, "time": None, "period_s": 0.02}, "how many rows a damaged line was is known where"),
+        ({"drop_damaged": True, "speed": "note:rad/s"}, "lines are damaged, more than a serial line does; check"),
+        ({"drop_damaged": True, "time": "note"}, "lines are damaged, more than a serial line does; check"),
+    ],
+)
+def test_what_is_said_of_damaged_lines(refused, flags, told):
+    lines = ["t,note,u", *(f"{k},n{k},{k}" for k in range(40))]
+    lines[10], lines[20], lines[30] = "10,3", "20", "30,3,4,5"
+    assert told in refused("\n".join(lines), **{"time": "t", "input": "u:V", "speed": "t:rad/s"} | flags)
+
+
 BY_TURNS = """\
 t_s,motor,u_V,speed
 0.00,M1,0,0
