@@ -1,4 +1,5 @@
-"""A log that was saved as a matrix in MATLAB's words (`data = [0 0.1; 1 0.2];`), one row in each line."""
+"""A log that was saved as a matrix in MATLAB's words (`data = [0 0.1; 1 0.2];`), one row in each line, or as the lines
+of one."""
 
 import re
 
@@ -20,6 +21,19 @@ def without_brackets(lines: list[str], most_above: int) -> list[str]:
     while rows and not rows[-1].strip():
         rows.pop()
     return lines[:begin] + rows
+
+
+def without_row_ends(lines: list[str]) -> list[str]:
+    """`lines` without the semicolon behind each, where something else stands between their numbers (`0,3.2,17;`)."""
+    rows = [line for line in lines if not line.startswith(("#", "%"))]
+    if not any(map(_is_ended, rows[-2:])) or any(mark in line for line in rows for mark in "[]"):
+        return lines
+    return [_without_end(line) if _is_ended(line) else line for line in lines]
+
+
+def _is_ended(line: str) -> bool:
+    line = line.rstrip()
+    return line.endswith(";") and line.count(";") == 1 and any(mark in line for mark in ",\t ")
 
 
 def _without_end(line: str) -> str:

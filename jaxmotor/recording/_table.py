@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from jaxmotor._sentences import shown
-from jaxmotor.recording._matrix_text import without_brackets
+from jaxmotor.recording._matrix_text import without_brackets, without_row_ends
 from jaxmotor.recording._recording import RecordingError
 from jaxmotor.recording._serial import labels_of, without_arrival, without_labels
 from jaxmotor.recording._text import NUMBER, check_names, fault, limit_rows, load, text_of
@@ -199,19 +199,19 @@ def read_table(
     """The log at `path`: comment lines, a line of column names, rows.
 
     What a board prints as it starts may stand above the line that names all `stated` columns (`COL` or `COL:UNIT`). The
-    names may stand in the last comment line above the rows, or before each number (`pwm:200,rpm:35`). Where there
-    are none, `columns` gives them, separated by commas; lines above the first one of so many numbers are then left out.
-    The first `drop` rows are left out unread. With `decimal_comma` numbers are like 3,14. With `drop_damaged` lines of
-    another number of fields are left out, and bytes that are no text may stand in them. Times of day that a serial
-    monitor put before its lines are left out, and so are a last line that is cut, what separates the last number of
-    each row from nothing, and the brackets of a matrix in MATLAB's words.
+    names may stand in the last comment line above the rows, or in one that names all `stated`, or before each number
+    (`pwm:200,rpm:35`). Where there are none, `columns` gives them, separated by commas; lines above the first one of so
+    many numbers are then left out. The first `drop` rows are left out unread. With `decimal_comma` numbers are like
+    3,14. With `drop_damaged` lines of another number of fields are left out, and bytes that are no text may stand in
+    them. Times of day that a serial monitor put before its lines are left out, and so are a last line that is cut, what
+    separates the last number of each row from nothing, and the brackets of a matrix in MATLAB's words.
 
     **Raises:** `RecordingError`.
     """
     source = str(path)
     text = text_of(load(path), source, is_damaged=drop_damaged)
     limit_rows(text.count("\n"), source)
-    lines = without_brackets(without_arrival(text.rstrip().split("\n")), MOST_ABOVE)
+    lines = without_row_ends(without_brackets(without_arrival(text.rstrip().split("\n")), MOST_ABOVE))
     if not lines:
         raise RecordingError(f"{source}: {NOTHING}")
     # Below the rows comments and blank lines say nothing of them.
@@ -234,15 +234,19 @@ def read_table(
     )
     marks = [mark for mark in DELIMITERS if mark != "," or by_comma]
     rows_begin, above = 0, labelled
-    if columns is None and not _names_all(lines[top - 1] if top else "", marks, stated):
+    commented = next((row for row in reversed(range(top)) if _names_all(lines[row], marks, stated)), None)
+    if columns is None and commented is None:
         above, rows_begin = _lines_above_names(lines[top : top + MOST_ABOVE], marks, stated)
     elif columns is not None and labels is None:
         above = rows_begin = _lines_above_rows(lines[top:], drop, marks, columns.count(",") + 1)
     top += rows_begin
     if columns is not None:
         top, drop = min(top + drop, len(lines)), 0
-    find = _above_names if columns is None else _stated_names
-    names, first, delimiter = find(lines, top, marks, columns or "", source)
+    names, first, delimiter = (
+        _above_names(lines, top, marks, commented, source)
+        if columns is None
+        else _stated_names(lines, top, marks, columns, source)
+    )
     check_names(names, source, first, "put names above them, or state --columns")
     first += drop
     if first >= len(lines):
@@ -304,14 +308,16 @@ def _column_of(stated: str, cells: list[str]) -> bool:
     return any(stated == cell or stated.startswith(f"{cell}:") for cell in cells if cell)
 
 
-def _above_names(lines: list[str], top: int, marks: list[str], columns: str, source: str) -> tuple[list[str], int, str]:
-    """The names as the log has them, how many lines stand above the rows, and what separates the columns."""
-    del columns
+def _above_names(
+    lines: list[str], top: int, marks: list[str], commented: int | None, source: str
+) -> tuple[list[str], int, str]:
+    """The names as the log has them, how many lines stand above the rows, and what separates the columns. Where the
+    comment in line `commented` is known to name all that are stated, it is that one."""
     if top == len(lines):
         raise RecordingError(f"{source}: {NOTHING}")
-    named = next((row for row in reversed(range(top)) if lines[row].strip()), 0)
+    named = next((row for row in reversed(range(top)) if lines[row].strip()), 0) if commented is None else commented
     above = lines[named].lstrip("".join(COMMENTS)).strip() if top else ""
-    if above and _is_row(lines[top]):
+    if above and (commented is not None or _is_row(lines[top])):
         delimiter = _delimiter(lines[top], lines[top], marks, source, top + 1)
         width = _fields(lines[top], delimiter)
         for mark in (delimiter, *DELIMITERS):
@@ -451,7 +457,9 @@ def _check_widths(rows: list[list[str]], lines: list[str], width: int, source: s
             what = "a comment or blank line" if not line.strip() or line.startswith(COMMENTS) else _counted(len(row))
             wrong = sum(len(one) != width for one in rows)
             hint = "correct or delete it"
-            if 1 < wrong <= MOST_DAMAGED * len(rows):
+            if wrong == len(rows) and all(len(one) == len(row) for one in rows):
+                hint = "all rows are so: name their columns with --columns"
+            elif 1 < wrong <= MOST_DAMAGED * len(rows):
                 hint = f"so are {wrong - 1} others: leave damaged lines out with --drop-damaged"
             elif len(row) > width:
                 hint = "if commas are decimal marks, export with another separator"

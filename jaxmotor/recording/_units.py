@@ -86,17 +86,21 @@ def speed_factor(unit: str, scale: Scale) -> float:
 
 
 def split_time(text: str, columns: list[str]) -> tuple[str, float]:
-    """Column and seconds per unit of `COL` or `COL:s|ms|us|ns`; without unit it is seconds.
+    """Column and seconds per unit of `COL` or `COL:s|ms|us|ns`; without unit it is seconds. A number may stand before
+    the unit: `COL:125us` counts rows or ticks.
 
     Of several readings, the one that names an existing column is meant.
 
     **Raises:** `RecordingError`.
     """
     name, colon, unit = text.rpartition(":")
-    if colon and unit in TIMES and name in columns:
-        return name, TIMES[unit]
-    if colon and unit not in TIMES and name in columns:
-        raise RecordingError(f"the time unit {unit!r} is not known; it is one of {', '.join(TIMES)}")
+    factor, plain = split_factor(unit) if colon and name in columns else (1.0, unit)
+    if colon and name in columns:
+        if plain not in TIMES or factor < 0:
+            raise RecordingError(
+                f"the time unit {unit!r} is not known; it is one of {', '.join(TIMES)}, a number before it or not"
+            )
+        return name, factor * TIMES[plain]
     name = name if colon and unit in TIMES and text not in columns else text
     try:
         return existing(name, columns), TIMES["s"]

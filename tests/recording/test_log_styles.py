@@ -261,6 +261,24 @@ MATRIX = "{k} {t:.2f} {d} {n};\n"
 WORDS = {"time": "Time", "input": "Control Effort:duty:255", "count": "Encoder 1 Pos"} | RIG
 
 
+@pytest.mark.parametrize("mark", [",", " ", "\t"])
+@pytest.mark.parametrize("names", ["t,duty,count", "% t,duty,count", "% rig,day\n% t,duty,count\n% [s],[1],[counts]"])
+def test_rows_may_end_as_those_of_a_matrix_and_units_stand_below_the_names(imported, mark, names):
+    lines = names + "\n" + rows("{t:.2f},{d},{n}; \n")
+    check(imported(lines.replace(",", mark), **STATED))
+
+
+@pytest.mark.parametrize(("unit", "period_s"), [("10ms", 0.01), ("0.125ms", 1.25e-4), ("2e6ns", 2e-3)])
+def test_the_time_may_be_a_number_of_ticks(imported, unit, period_s):
+    log = "t,duty,count\n" + rows("{k},{d},{n}\n")
+    assert imported(log, **STATED | {"time": f"t:{unit}"}).period_s == pytest.approx(period_s, rel=1e-12)
+
+
+def test_names_that_are_more_than_the_columns_are_told(refused):
+    told = "3 fields where the columns are 4; all rows are so: name their columns with columns"
+    assert told in refused("t,duty,count,state\n" + rows("{t:.2f},{d},{n}\n"), **STATED)
+
+
 @pytest.mark.parametrize("end", ["]", "];", " ] ; ", ";\n]", ";\n];\n"])
 @pytest.mark.parametrize("begin", ["[", "data = [", "data =[   ", "data = [\n"])
 @pytest.mark.parametrize("mark", [" ", ", ", "\t"])
