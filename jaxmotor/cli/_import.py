@@ -55,6 +55,12 @@ def import_command(
     gap: Annotated[
         float | None, typer.Option(metavar="S", help="More than that between two rows begins a segment, too.")
     ] = None,
+    begin: Annotated[
+        float | None, typer.Option(metavar="S", help="Rows from so long after the first one on, no others.")
+    ] = None,
+    end: Annotated[
+        float | None, typer.Option(metavar="S", help="Rows up to so long after the first one, no others.")
+    ] = None,
     supply: Annotated[float | None, typer.Option(metavar="V", help="Supply, for duty and percent.")] = None,
     supply_column: Annotated[
         str | None, typer.Option(metavar="COL:V|mV", help="Measured supply; cells may be empty.")
@@ -123,6 +129,8 @@ def import_command(
         "segment": segment,
         "only": only,
         "gap_s": gap,
+        "begin_s": begin,
+        "end_s": end,
         "supply": supply_column,
         "supply_V": supply,
         "supply_unknown": supply_unknown or None,
@@ -233,6 +241,7 @@ def _summary(recording, output: Path) -> str:
         warn_pulses,
         warn_share,
         warn_spikes,
+        warn_stopped,
         warn_unread,
     )
 
@@ -253,7 +262,7 @@ def _summary(recording, output: Path) -> str:
         kept = "rows that repeat one have none" if recording.measured == "speed" else "only these rows are kept"
         kept = "each is the mean speed since the last" if recording.speed_window_rows == 0 else kept
         without += f"; a new reading came about every {1e3 * every_s:.3g} ms, {kept}"
-    of_readings = (warn_unread, warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches)
+    of_readings = (warn_unread, warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches, warn_stopped)
     for warn in (*of_readings, warn_beyond_supply, warn_share):
         without += "".join(f"; {sentence}" for sentence in warn(recording))
     if recording.period_s is None:

@@ -48,6 +48,7 @@ from jaxmotor.recording._recording import angle_of as angle_of
 from jaxmotor.recording._recording import mean_speeds as mean_speeds
 from jaxmotor.recording._steady import import_steady as import_steady
 from jaxmotor.recording._steady import is_steady as is_steady
+from jaxmotor.recording._stopped import warn_stopped as warn_stopped
 from jaxmotor.recording._supply import logs_supply as logs_supply
 from jaxmotor.recording._supply import supplied as supplied
 from jaxmotor.recording._sysid import import_sysid as import_sysid

@@ -15,6 +15,7 @@ from jaxmotor.recording._pulse_windows import check_pulses, seen_pulses_per_rev
 from jaxmotor.recording._ranges import ranges
 from jaxmotor.recording._read import recording_of
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
+from jaxmotor.recording._stopped import warn_stopped
 from jaxmotor.recording._supply import begins_at_V, logs_supply
 
 SATURATED_SHARE = 0.2
@@ -65,6 +66,7 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
         *warn_sign(recording),
         *warn_early(recording),
         *warn_zero(recording),
+        *warn_stopped(recording),
         *warn_unknowns(recording),
         *warn_supply(recording),
         *warn_beyond_supply(recording),

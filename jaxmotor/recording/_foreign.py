@@ -13,6 +13,7 @@ import numpy as np
 from jaxmotor._arguments import check_choice, check_text, check_whole, is_number, path_of
 from jaxmotor._sentences import shown
 from jaxmotor.recording._check import lost_ticks
+from jaxmotor.recording._chosen_rows import between_moments, check_apart, of_one
 from jaxmotor.recording._damaged import in_order, without_damaged
 from jaxmotor.recording._fixed_time import over_rows
 from jaxmotor.recording._header import RANGES
@@ -20,7 +21,6 @@ from jaxmotor.recording._known_step import known_step
 from jaxmotor.recording._log import assemble
 from jaxmotor.recording._log_columns import Log
 from jaxmotor.recording._matlab import is_matlab, read_matlab
-from jaxmotor.recording._one_of_several import check_apart, of_one
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._pulse_windows import usual_window_s
 from jaxmotor.recording._recording import Recording, RecordingError
@@ -63,6 +63,8 @@ def import_log(
     segment: str | None = None,
     only: str | None = None,
     gap_s: float | int | None = None,
+    begin_s: float | int | None = None,
+    end_s: float | int | None = None,
     supply: str | None = None,
     supply_V: float | int | None = None,
     supply_unknown: bool = False,
@@ -97,7 +99,8 @@ def import_log(
 
     Even time stamps become ticks, uneven ones stay time. Each change of the column `segment` begins a new segment; its
     value is kept as the parameter `label`; where that is the column of the time, one begins wherever time runs back.
-    Of a log of several motors by turns, `only` (`COL=VALUE`) names the one whose rows are read. So
+    Of a log of several motors by turns, `only` (`COL=VALUE`) names the one whose rows are read; of a log that holds
+    more than is wanted, rows are read from `begin_s` on and up to `end_s` [s] after the first one. So
     it does after more than `gap_s` [s] between two rows: what was applied meanwhile is not known. A segment is taken to
     start at rest only where the log shows it: at least its first two rows have zero input, and throughout these rows
     the shaft does not move. `input_acts` says whether a row's input is applied from that row on, or was until it: then
@@ -140,6 +143,7 @@ def import_log(
     supply_V, speed_window_s = positive(supply_V, "--supply"), window_of(speed_window_s)
     period_s, fixed_s = _period(period_s, "--period"), _period(speed_period_s, "--speed-period")
     limit = positive(input_limit, "--input-limit")
+    begin_s, end_s = positive(begin_s, "--begin"), positive(end_s, "--end")
     gap_s, pulses_per_rev = positive(gap_s, "--gap"), positive(speed_pulses_per_rev, "--speed-pulses")
     _check_window(
         speed, {"--speed-window": speed_window_s, "--speed-pulses": pulses_per_rev, "--speed-period": fixed_s}
@@ -161,6 +165,8 @@ def import_log(
         table = of_one(table, only)
         if drop_damaged and time is not None and segment is None:
             table = in_order(table, split_time(time, names)[0])
+        if begin_s is not None or end_s is not None:
+            table = between_moments(table, _since_first(table, time, period_s, segment), begin_s, end_s)
         table, bounds, labels, stamps = _in_time(table, time, period_s or 1.0, segment, gap_s, drop_first)
         if step is not None:
             table, input = step.as_column(table, stamps[0], bounds)
@@ -175,6 +181,7 @@ def import_log(
     imported |= {} if step is None else step.stated
     imported |= {"input_holds": True} if input_holds else {}
     imported |= {} if limit is None else {"input_limit": limit}
+    imported |= {key: value for key, value in {"begin_s": begin_s, "end_s": end_s}.items() if value is not None}
     imported |= table.left_out | ({"missing_rows": missing} if missing else {})
     recording = assemble(
         log,
@@ -212,6 +219,16 @@ def _in_time(
     stamps = table.since_first(clock) * unit_s, table.resolution(clock) * unit_s
     _check_time(table, stamps[0], bounds, clock, segment is None)
     return table, bounds, labels, stamps
+
+
+def _since_first(table: Table, time: str | None, period_s: float | None, segment: str | None) -> np.ndarray:
+    """(n,) how long after the first row each is [s]."""
+    if time is None:
+        return np.arange(len(table)) * (period_s or 1.0)
+    clock, unit_s = split_time(time, list(table.cells))
+    if segment == clock:
+        raise RecordingError("--begin and --end are on one clock, and each segment starts its own; leave them out")
+    return table.since_first(clock) * unit_s
 
 
 def _check_beside(

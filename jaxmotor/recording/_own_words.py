@@ -19,6 +19,8 @@ ARGUMENTS = {
     "wheel-radius": "wheel_radius_m",
     "period": "period_s",
     "gap": "gap_s",
+    "begin": "begin_s",
+    "end": "end_s",
     "step": "step_V",
     "step-at": "step_at_s",
     "step-until": "step_until_s",

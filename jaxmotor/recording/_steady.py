@@ -5,8 +5,8 @@ import os
 import numpy as np
 
 from jaxmotor._arguments import path_of
+from jaxmotor.recording._chosen_rows import of_one
 from jaxmotor.recording._foreign import Drive, check_stated, input_of, nominal, opened, window_of
-from jaxmotor.recording._one_of_several import of_one
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._shaft import Shaft

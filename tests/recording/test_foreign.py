@@ -45,6 +45,36 @@ def refused(imported):
     return of
 
 
+@pytest.mark.parametrize(
+    ("flags", "times"),
+    [
+        ({"begin_s": 0.02}, [0.0, 0.02, 0.04]),
+        ({"end_s": 0.05}, [0.0, 0.02, 0.04]),
+        ({"begin_s": 0.03, "end_s": 0.06}, [0.0, 0.02]),
+        ({"begin_s": 3, "end_s": 6, "period_s": 2}, [0.0, 2.0]),
+        ({"time": "t_s:ms", "end_s": 5e-5}, [0.0, 2e-5, 4e-5]),
+    ],
+)
+def test_rows_between_two_moments(imported, flags, times):
+    recording = imported(LOG.replace("0.0", "7.0"), speed="speed:deg/s", **flags)
+    np.testing.assert_allclose(recording.segments[0].time_s, times, atol=1e-12)
+    told = recording.header["imported"]
+    assert {key: told.get(key) for key in ("begin_s", "end_s")} == {key: flags.get(key) for key in ("begin_s", "end_s")}
+
+
+@pytest.mark.parametrize(
+    ("flags", "told"),
+    [
+        ({"begin_s": 5}, "from 5 s to inf s after the first row there are 0 rows, of a log that lasts 0.08 s"),
+        ({"begin_s": 0.04, "end_s": 0.05}, "there are 1 rows"),
+        ({"end_s": -1}, "end_s"),
+        ({"end_s": 0.04, "segment": "t_s"}, "begin_s and end_s are on one clock, and each segment starts its own"),
+    ],
+)
+def test_what_is_said_of_moments(refused, flags, told):
+    assert told in refused(LOG, speed="speed:deg/s", **flags)
+
+
 def damaged(style: str) -> tuple[list[int], bytes]:
     """The rows of 200 that are whole, and the log, whose other lines are damaged in the five ways that were seen."""
     rows = [[20 * k, 150, 7.25 * k] for k in range(200)]

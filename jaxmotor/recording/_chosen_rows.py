@@ -1,4 +1,4 @@
-"""A log that holds several motors by turns, of which one is read."""
+"""The rows of a log that are read: those of one of several motors, those between two moments."""
 
 from collections.abc import Sequence
 
@@ -28,6 +28,21 @@ def of_one(table: Table, only: str | None) -> Table:
     if not rows.any():
         values = one_of(map(shown, dict.fromkeys(cells)), value)
         raise RecordingError(f"column {shown(column)} is never {shown(value)}; it is {values}")
+    return table.only(rows)
+
+
+def between_moments(table: Table, time_s: np.ndarray, begin_s: float | None, end_s: float | None) -> Table:
+    """The rows of `table`, at `time_s` (n,) after the first one, from `begin_s` on and up to `end_s` [s].
+
+    **Raises:** `RecordingError` where hardly any is left.
+    """
+    begin, end = 0.0 if begin_s is None else begin_s, np.inf if end_s is None else end_s
+    rows = (time_s >= begin) & (time_s <= end)
+    if rows.sum() < 2:
+        raise RecordingError(
+            f"from {begin:g} s to {end:g} s after the first row there are {rows.sum()} rows, of a log that lasts "
+            f"{time_s.max():.4g} s; change --begin or --end"
+        )
     return table.only(rows)
 
 
