@@ -13,6 +13,7 @@ from jaxmotor.diagnosis._reading_time import is_near, with_timing_offset
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
 from jaxmotor.diagnosis._residual_voltage import ResidualVoltage, residual_voltage
+from jaxmotor.diagnosis._rest import may_rest
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
@@ -318,7 +319,7 @@ def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
     """`known`, or that of the motors about as likely which predicts rows held out best, and what is held out: where the
     motor of `known` predicts them worse than the linear one, if that other one does better; where no effect is likely,
     but something unexplained, if it takes up as much there as an effect must. It is no cause then, but a better motor,
-    of which a disturbance is no part.
+    of which a disturbance is no part. The linear one where rows held out are predicted better without each effect.
     """
     held = hold_out(known.study, known.found)
     if held.is_worse:
@@ -333,11 +334,19 @@ def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
     motors = [one for one in likely if held.is_worse or not is_disturbed(one)]
     drifts = side_by_side(lambda one: held.drift(one.motor, one, held.before.drift), motors)
     better = [(drift, one) for drift, one in zip(drifts, motors, strict=True) if drift < enough]
+    if not better and held.is_worse and _none_helps(held, known.found):
+        known = known._replace(found=known.search.found_at(known.found.linear))
+        return known, hold_out(known.study, known.found)
     if not better:
         return known, held
     _, best = min(better, key=lambda pair: pair[0])
     known = known._replace(found=known.search.found_at(best))
     return known, hold_out(known.study, known.found)
+
+
+def _none_helps(held: HeldOut, found: Found) -> bool:
+    """Rows held out are predicted no worse without each of the effects of `found`."""
+    return all(held.without(one.name) <= held.after.drift for one in found.named)
 
 
 def is_disturbed(fitted: Fitted) -> bool:
@@ -352,7 +361,8 @@ def _in_own_noise(known: _Searched) -> _Searched:
         return known
     quieter = study.quieter(found.fitted.chi2)
     linear, fitted = (quieter.solver.fit(one.motor, one, FINE, ties=one.ties) for one in (found.linear, found.fitted))
-    if not is_possible(fitted.motor, known.search.rig):
+    rig = known.search.rig
+    if not (is_possible(fitted.motor, rig) and may_rest(fitted.motor, rig)):
         return known
     noise, before = quieter.packed.observation.noise, study.packed.observation.noise
     chi2 = known.fit.chi2_per_sample * (before.level / noise.level) ** 2

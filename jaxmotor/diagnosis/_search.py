@@ -21,6 +21,7 @@ from jaxmotor.diagnosis._level import is_as_likely, ties_of
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
 from jaxmotor.diagnosis._relations import Relations
+from jaxmotor.diagnosis._rest import may_rest
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score_test import (
     Candidate,
@@ -545,7 +546,7 @@ class Search:
     def _refined(self, fitted: Fitted) -> Fitted:
         """`fitted` to the end, if that is a motor that the rig can have."""
         found = self._level(self._smoothed(fitted))
-        return found if is_possible(found.motor, self.rig) else fitted
+        return found if is_possible(found.motor, self.rig) and may_rest(found.motor, self.rig) else fitted
 
     def _smoothed(self, fitted: Fitted) -> Fitted:
         """`fitted`; a law with contacts has the sizes that fit best on average over others near them."""

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from jaxmotor._precision import to_jax
+from jaxmotor.diagnosis._rest import rest_of
 from jaxmotor.motor.effects import Rig
 from jaxmotor.prediction import Log, Packed, log_of, shaft_angles
 from jaxmotor.recording import Recording, logs_supply
@@ -73,6 +74,7 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
     time = np.asarray(trial.time)[trial.valid]
     driven = time[volts > 0]
     angle = None if shaft_angles(recording) is None else trial.angle
+    rest_s, slowest_rad_s = rest_of(recording)
     swing = 0.0 if angle is None else float(np.ptp(np.asarray(angle)[trial.valid]))
     return Rig(
         float(trial.supply),
@@ -86,4 +88,6 @@ def rig_of(recording: Recording, trial: Trial) -> Rig:
         counts=recording.counts_per_rev is not None,
         swing_rad=swing,
         driven_s=(float(driven.min()), float(driven.max())) if len(driven) else (0.0, 0.0),
+        rest_s=rest_s,
+        slowest_rad_s=slowest_rad_s,
     )

@@ -128,7 +128,7 @@ def _sureness(named: Named, of_family: float) -> tuple[float, float, float, floa
     share = named.unexplained_share
     sure = OF_FAMILY(share) if named.name in LEARNED else of_name(share, named.held_out_share)
     with_equal = sure * named.with_equal
-    family = max(OF_FAMILY(share) * of_family, with_equal) if of_family else 0.0
+    family = max(OF_FAMILY(share) * of_family, sure * named.probability) if of_family else 0.0
     return sure * named.probability, with_equal, sure * named.with_law, family, sure * of_family
 
 

@@ -21,7 +21,7 @@ from jaxmotor.estimate._trajectory import Solution
 from jaxmotor.estimate._uncertainty import HIDDEN, Uncertainty
 from jaxmotor.motor import AbstractLinearMotor, linear_motor
 from jaxmotor.prediction import LAG_S, Packed
-from jaxmotor.recording import Recording, warn_early, warn_fixed_time, warn_spikes
+from jaxmotor.recording import Recording, warn_early, warn_fixed_time, warn_spikes, warn_stopped
 
 WINDOW = (
     "an average of the speeds{}may hide it: state that (jaxmotor import: --speed-window, 0 for none), or add steps, or "
@@ -257,10 +257,9 @@ def _determined(
     error = np.sqrt(np.where(np.diag(covariance) >= 0, np.diag(covariance), np.nan))
     gain = psi[0]
     if not np.isfinite(error).all() or error[0] > UNDETERMINED * abs(gain):
-        raise JaxmotorError(
-            f"{recording.name}: the gain is not determined by this recording; it needs voltages that differ and a "
-            "motor that follows them: record steps or sines"
-        )
+        follow = "it needs voltages that differ and a motor that follows them: record steps or sines"
+        [what, *_] = [*_damage(recording), follow]
+        raise JaxmotorError(f"{recording.name}: the gain is not determined by this recording; {what}")
     if error[2] > UNDETERMINED or pole_share < LEAST_POLE_SHARE:
         unknown = recording.measured == "speed" and recording.speed_window_s is None
         length = f" (over {1e3 * average.length_s:.3g} ms fits best) " if average is not None else " "
@@ -284,8 +283,8 @@ def _signed(recording: Recording, gain: float, error: float) -> None:
 
 
 def _damage(recording: Recording) -> list[str]:
-    """What is wrong with single readings."""
-    return [*warn_fixed_time(recording), *warn_spikes(recording)]
+    """What is wrong with readings."""
+    return [*warn_fixed_time(recording), *warn_spikes(recording), *warn_stopped(recording)]
 
 
 def _wide(psi: np.ndarray, covariance: np.ndarray, chi2: float) -> list[str]:

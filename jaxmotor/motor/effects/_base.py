@@ -56,7 +56,10 @@ class Rig(NamedTuple):
     """From the least to the largest measured angle, where that is known throughout; else zero."""
     driven_s: tuple[float, float] = (0.0, math.inf)
     """When a voltage was first applied, and when last, since the recording began."""
-
+    rest_s: float = 0.0
+    """How long the log shows the shaft at rest before it is first driven."""
+    slowest_rad_s: float = math.inf
+    """The slowest speed that would have been seen there."""
     back_emf_V: float = math.inf
     """That the back-EMF of the motor takes at the largest speed, where a motor is given."""
 
