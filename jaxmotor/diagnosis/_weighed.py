@@ -66,7 +66,8 @@ def found_effects(study: Study, held: HeldOut, found: Found, spread: np.ndarray)
         gain = 100 * (1 - held.after.drift / max(without, 1e-300))
         own, more, unknown = about[effect.name], _more_than_ordinary(effect, error), _unknown(effect, error)
         of_family = found.families.get(effect.family, 0.0)
-        sure, with_equal, with_law, family, kin = (more * share for share in _sureness(own, of_family))
+        is_likeliest = of_family >= max(found.families.values(), default=0.0)
+        sure, with_equal, with_law, family, kin = (more * share for share in _sureness(own, of_family, is_likeliest))
         if _may_be_none(effect, unknown):
             sure = with_equal = with_law = 0.0
         if held.is_worse and gain <= 0:
@@ -121,14 +122,15 @@ def _may_be_none(effect: AbstractEffect, unknown: tuple[str, ...]) -> bool:
     return bool(sizes) and set(sizes) <= set(unknown)
 
 
-def _sureness(named: Named, of_family: float) -> tuple[float, float, float, float, float]:
+def _sureness(named: Named, of_family: float, is_likeliest: bool) -> tuple[float, float, float, float, float]:
     """The probabilities of an effect, of it or its equals, of those that are laws, and of any of its family, by weights
     alone `of_family`; and the last one as sure as a name is. That something depends on a coordinate, as a curve says,
-    is as sure as a family."""
+    is as sure as a family. Equals of other families count as its own where that `is_likeliest`."""
     share = named.unexplained_share
     sure = OF_FAMILY(share) if named.name in LEARNED else of_name(share, named.held_out_share)
     with_equal = sure * named.with_equal
-    family = max(OF_FAMILY(share) * of_family, sure * named.probability) if of_family else 0.0
+    least = with_equal if is_likeliest else sure * named.probability
+    family = max(OF_FAMILY(share) * of_family, least) if of_family else 0.0
     return sure * named.probability, with_equal, sure * named.with_law, family, sure * of_family
 
 

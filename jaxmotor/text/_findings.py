@@ -143,7 +143,17 @@ def percent(share: float) -> str:
 
 
 def scored(diagnosis: Diagnosis) -> str:
-    """Which data the scores are of."""
+    """Which data the scores are of, and whether a fit says much of these."""
+    return f"{_scored_data(diagnosis)}{LITTLE_CHANGE if hardly_changes(diagnosis) else ''}"
+
+
+def hardly_changes(diagnosis: Diagnosis) -> bool:
+    """What the speed of the data scored changes by is mostly the noise of its readings."""
+    score = diagnosis.held_out.before
+    return score.fit_percent < 100 * (1 - MOSTLY) and score.chi2_per_sample < 1 / MOSTLY
+
+
+def _scored_data(diagnosis: Diagnosis) -> str:
     held_out = diagnosis.held_out
     if held_out.in_part:
         whole = [segment for segment in held_out.segments if segment not in held_out.in_part]
@@ -165,6 +175,9 @@ def loop_of(gain: LoopGain) -> str:
     return f"{loop.kind} loop of segment {loop.segment} at {loop.reference_rad_s:.3g} rad/s ({known})"
 
 
+MOSTLY = 0.7
+"""Part of the speed's changes, and of the residual's mean square, that is noise where hardly anything else is."""
+LITTLE_CHANGE = "; the speed hardly changes there, so a fit, in percent of its changes, says little"
 COMPARED = (
     ("rise_time_s", "rise time", 1e3, "ms"),
     ("final_speed_rad_s", "final speed", 1.0, "rad/s"),

@@ -120,6 +120,16 @@ def test_a_fit_of_speeds_that_do_not_change_is_not_told_as_a_number():
     assert "nan" not in str(still) and "held out: chi2" in str(still)
 
 
+@pytest.mark.parametrize(
+    ("fit_percent", "chi2", "is_told"), [(-0.1, 1.0, True), (25.0, 1.3, True), (60.0, 1.0, False), (-5.0, 9.0, False)]
+)
+def test_where_the_speed_hardly_changes_a_fit_is_said_to_say_little(fit_percent, chi2, is_told):
+    _, found = of("friction")
+    before = dataclasses.replace(found.held_out.before, fit_percent=fit_percent, chi2_per_sample=chi2)
+    still = dataclasses.replace(found, held_out=dataclasses.replace(found.held_out, before=before))
+    assert ("the speed hardly changes there" in " ".join(diagnosis_text(still).split())) == is_told
+
+
 @pytest.mark.parametrize("name", sorted(EFFECTS))
 def test_no_line_is_too_long_whatever_is_found(name):
     others = [other for other in ("stiction", "winding_heating", "shaft_compliance") if other != name][:2]
