@@ -319,9 +319,12 @@ def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
     """`known`, or that of the motors about as likely which predicts rows held out best, and what is held out: where the
     motor of `known` predicts them worse than the linear one, if that other one does better; where no effect is likely,
     but something unexplained, if it takes up as much there as an effect must. It is no cause then, but a better motor,
-    of which a disturbance is no part. The linear one where rows held out are predicted better without each effect.
+    of which a disturbance is no part. The linear one where no effect helps to predict rows held out, and that predicts
+    them better or leaves next to nothing, of a noise that is not known.
     """
     held = hold_out(known.study, known.found)
+    if _is_idle(known.study, known.found, held):
+        return _of_linear(known)
     if held.is_worse:
         enough = held.before.drift
     elif held.own and not known.found.named and not is_explained(known.study, known.found.fitted, known.found.linear):
@@ -335,13 +338,24 @@ def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
     drifts = side_by_side(lambda one: held.drift(one.motor, one, held.before.drift), motors)
     better = [(drift, one) for drift, one in zip(drifts, motors, strict=True) if drift < enough]
     if not better and held.is_worse and _none_helps(held, known.found):
-        known = known._replace(found=known.search.found_at(known.found.linear))
-        return known, hold_out(known.study, known.found)
+        return _of_linear(known)
     if not better:
         return known, held
     _, best = min(better, key=lambda pair: pair[0])
     known = known._replace(found=known.search.found_at(best))
     return known, hold_out(known.study, known.found)
+
+
+def _of_linear(known: _Searched) -> tuple[_Searched, HeldOut]:
+    known = known._replace(found=known.search.found_at(known.found.linear))
+    return known, hold_out(known.study, known.found)
+
+
+def _is_idle(study: Study, found: Found, held: HeldOut) -> bool:
+    """The effects of `found` take up next to nothing that is more than the noise, and nothing of rows held out."""
+    left = max(found.linear.chi2, held.before.drift)
+    unsure = held.own and not study.packed.observation.floor_known and left <= EXPLAINED
+    return bool(found.named) and unsure and held.after.drift >= held.before.drift and _none_helps(held, found)
 
 
 def _none_helps(held: HeldOut, found: Found) -> bool:
