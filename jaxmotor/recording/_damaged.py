@@ -2,37 +2,66 @@
 
 import bisect
 import dataclasses
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
 from jaxmotor.recording._recording import RecordingError
-from jaxmotor.recording._table import MOST_DAMAGED, Table
+from jaxmotor.recording._table import Table
 from jaxmotor.recording._text import NUMBER
 
+MOST_DAMAGED = 0.2
+"""Part of the lines that may be damaged: of more, the columns are others than those stated."""
 MOST_STAMPS = 0.02
 """Part of the rows whose time may be damaged: of more, time runs back or stands still for another reason."""
 
 
-def without_damaged(table: Table, stated: Collection[str]) -> Table:
+def whole_table(read: Callable[[bool], Table], stated: Collection[str], clock: str | None, drop: bool) -> Table:
+    """The table that `read` gives, of lines that may be damaged or not; without those that are where they are to be
+    dropped (`without_damaged`).
+
+    **Raises:** `RecordingError`; for the first of a few damaged lines with the option that leaves them out, where rows
+    have a time.
+    """
+    if drop:
+        return without_damaged(read(True), stated, clock)
+    try:
+        table = read(False)
+        wrong = [column for column in _named(table, stated) if not _numbers(table, column, clock).all()]
+        if not wrong or clock is None:
+            return table
+        raise table.first_fault(wrong[0])
+    except RecordingError as error:
+        damaged = 0 if clock is None else _damaged_lines(read, stated, clock)
+        if not damaged:
+            raise
+        what = "it" if damaged == 1 else f"the {damaged} damaged lines"
+        raise RecordingError(f"{error}; or leave {what} out with --drop-damaged") from None
+
+
+def _damaged_lines(read: Callable[[bool], Table], stated: Collection[str], clock: str) -> int:
+    """How many would be left out; none where that does not help."""
+    try:
+        return without_damaged(read(True), stated, clock).damaged
+    except RecordingError:
+        return 0
+
+
+def without_damaged(table: Table, stated: Collection[str], clock: str | None) -> Table:
     """`table` without the rows in which one of the columns that are `stated` (`COL` or `COL:UNIT`) holds anything but
-    a number or nothing.
+    a number or nothing, that of the `clock` anything but a number.
 
     **Raises:** `RecordingError` where more than a few lines are damaged.
     """
-    columns = {max(found, key=len) for one in stated if (found := _columns_of(one, table.cells))}
     whole = np.ones(len(table), bool)
-    for column in columns:
-        whole &= table.missing(column) | np.array(
-            [bool(NUMBER.fullmatch(cell.strip())) for cell in table.cells[column]]
-        )
+    for column in _named(table, stated):
+        whole &= _numbers(table, column, clock)
     return left_out(table, whole)
 
 
 def in_order(table: Table, clock: str) -> Table:
-    """`table` without the few rows whose time in the column `clock` is missing, or does not lie between those before
-    and those after it: the fewest whose absence makes time run on."""
-    table = left_out(table, ~table.missing(clock))
+    """`table` without the few rows whose time in the column `clock` does not lie between those before and those after
+    it: the fewest whose absence makes time run on."""
     whole = np.zeros(len(table), bool)
     whole[_rising(table.numbers(clock).tolist())] = True
     return left_out(table, whole) if (~whole).sum() <= MOST_STAMPS * len(table) else table
@@ -52,8 +81,16 @@ def left_out(table: Table, whole: np.ndarray) -> Table:
     return dataclasses.replace(table.only(whole), damaged=damaged)
 
 
-def _columns_of(stated: str, columns: Collection[str]) -> list[str]:
-    return [column for column in columns if stated == column or stated.startswith(f"{column}:")]
+def _named(table: Table, stated: Collection[str]) -> list[str]:
+    """The columns that are `stated`, and are there."""
+    found = [[column for column in table.cells if f"{one}:".startswith(f"{column}:")] for one in stated]
+    return list(dict.fromkeys(max(columns, key=len) for columns in found if columns))
+
+
+def _numbers(table: Table, column: str, clock: str | None) -> np.ndarray:
+    """(n,) whether each cell is a number or, but for the `clock`, says that nothing was measured."""
+    numbers = np.array([bool(NUMBER.fullmatch(cell.strip())) for cell in table.cells[column]])
+    return numbers if clock is not None and _named(table, [clock]) == [column] else numbers | table.missing(column)
 
 
 def _rising(values: Sequence[float]) -> list[int]:

@@ -1,6 +1,7 @@
 """Brings a log from elsewhere in: a CSV with time stamps, an input and a shaft, all units stated."""
 
 import dataclasses
+import functools
 import itertools
 import math
 import os
@@ -14,7 +15,7 @@ from jaxmotor._arguments import check_choice, check_text, check_whole, is_number
 from jaxmotor._sentences import shown
 from jaxmotor.recording._check import lost_ticks
 from jaxmotor.recording._chosen_rows import between_moments, check_apart, of_one
-from jaxmotor.recording._damaged import in_order, without_damaged
+from jaxmotor.recording._damaged import in_order, whole_table
 from jaxmotor.recording._fixed_time import over_rows
 from jaxmotor.recording._header import RANGES
 from jaxmotor.recording._known_step import known_step
@@ -321,11 +322,11 @@ def opened(
     """
     names = [one for key, one in stated.items() if one is not None and key not in ("wrap", "columns", "only")]
     if not is_matlab(path):
-        table = read_table(
-            path, columns=columns, drop=drop_first, decimal_comma=decimal_comma, drop_damaged=drop_damaged, stated=names
+        read = functools.partial(
+            read_table, path, columns=columns, drop=drop_first, decimal_comma=decimal_comma, stated=names
         )
         numbers = [one for key, one in stated.items() if one in names and key != "segment"]
-        return without_damaged(table, [one for one in numbers if one is not None]) if drop_damaged else table
+        return whole_table(lambda drop: read(drop_damaged=drop), numbers, stated.get("time"), drop_damaged)
     if columns is not None or decimal_comma or drop_damaged:
         raise RecordingError(
             f"{path}: the variables have names and numbers; leave --columns, --decimal-comma and --drop-damaged out"

@@ -48,8 +48,7 @@ def without_labels(lines: Sequence[str], like: str, source: str, first: int, *, 
         names = [name for name, _, _ in found]
         if names != [name for name, _ in known]:
             listed = ", ".join(name for name, _ in known)
-            what = f"the names {listed} do not stand before its numbers"
-            raise fault(source, number, f"{what}; correct it, or leave damaged lines out with --drop-damaged")
+            raise fault(source, number, f"the names {listed} do not stand before its numbers; correct it")
         for (name, _, unit), (_, usual) in zip(found, known, strict=True):
             if unit != usual:
                 raise fault(

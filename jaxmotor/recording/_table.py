@@ -25,8 +25,6 @@ MISSING = ("", "nan", "-nan", "na")
 """Cells that say that nothing was measured, in small letters."""
 MOST_ABOVE = 200
 """Lines that a board may print above the column names, or where there are none, above the rows."""
-MOST_DAMAGED = 0.2
-"""Part of the lines that may be damaged: of more, the columns are others than those stated."""
 LARGEST = 1e17
 """Greater numbers are damage."""
 NOTHING = "a line of column names and then rows are needed; the log has none"
@@ -93,9 +91,9 @@ class Table:
                 raise ValueError("Python would take 1_000 for a number")
             values = np.array(cells, dtype=np.float64)
         except ValueError:
-            raise self._first_fault(name) from None
+            raise self.first_fault(name) from None
         if not np.isfinite(values).all():
-            raise self._first_fault(name)
+            raise self.first_fault(name)
         self._check_size(name, values)
         return values
 
@@ -113,7 +111,7 @@ class Table:
             return values - values[0]
         for row, cell in enumerate(cells):
             if not NUMBER.fullmatch(cell.strip()) or not math.isfinite(float(cell)):
-                raise self._first_fault(name) from None
+                raise self.first_fault(name) from None
             if abs(float(cell)) > 1e20:
                 raise self.fault(row, f"{name} is {float(cell):g}, more than can be meant; correct or delete the row")
         first = Decimal(cells[0].strip())
@@ -174,7 +172,8 @@ class Table:
                     row, f"{name} is {shown(cell)}, whose last digits were not printed; export all digits of it"
                 )
 
-    def _first_fault(self, name: str) -> RecordingError:
+    def first_fault(self, name: str) -> RecordingError:
+        """The error about the first cell of a column that is not a finite number."""
         for row, cell in enumerate(self.cells[name]):
             cell = cell.strip()
             if _DECIMAL_COMMA.fullmatch(cell):
@@ -455,12 +454,9 @@ def _check_widths(rows: list[list[str]], lines: list[str], width: int, source: s
     for number, (row, line) in enumerate(zip(rows, lines, strict=True), first):
         if len(row) != width:
             what = "a comment or blank line" if not line.strip() or line.startswith(COMMENTS) else _counted(len(row))
-            wrong = sum(len(one) != width for one in rows)
             hint = "correct or delete it"
-            if wrong == len(rows) and all(len(one) == len(row) for one in rows):
+            if all(len(one) == len(row) for one in rows):
                 hint = "all rows are so: name their columns with --columns"
-            elif 1 < wrong <= MOST_DAMAGED * len(rows):
-                hint = f"so are {wrong - 1} others: leave damaged lines out with --drop-damaged"
             elif len(row) > width:
                 hint = "if commas are decimal marks, export with another separator"
             elif number == first:

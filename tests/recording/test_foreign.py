@@ -89,6 +89,35 @@ def damaged(style: str) -> tuple[list[int], bytes]:
     return kept, "\n".join(lines).encode(errors="surrogateescape")
 
 
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("0.04,3x,20", "u is '3x', not a finite number; correct or delete the row; or leave it out with drop_damaged"),
+        ("nan,3,20", "t is 'nan', not a finite number; correct or delete the row; or leave it out with drop_damaged"),
+        ("0.04,3", "2 fields where the columns are 3; correct or delete it; or leave it out with drop_damaged"),
+        (
+            "\0\0",
+            "binary data; give a text file, this one is damaged or another kind; or leave it out with drop_damaged",
+        ),
+        ("0.04,,20", None),
+    ],
+)
+def test_one_damaged_line_is_told_with_the_option_that_leaves_it_out(tmp_path, line, told):
+    path, flags = tmp_path / "log.csv", {"time": "t", "input": "u:V", "speed": "w:rad/s"}
+    path.write_text("\n".join(["t,u,w", "0.00,3,0", "0.02,3,10", line, *(f"0.{k:02},3,25" for k in range(6, 20, 2))]))
+    if told is None:
+        assert len(import_log(path, **flags).segments[0]) == 9
+        return
+    with pytest.raises(RecordingError) as caught:
+        import_log(path, **flags)
+    assert told in str(caught.value)
+    assert len(import_log(path, **flags, drop_damaged=True).segments[0]) == 9
+    if not line.startswith("nan"):
+        with pytest.raises(RecordingError) as caught:
+            import_log(path, **flags | {"time": None, "period_s": 0.02})
+        assert "drop_damaged" not in str(caught.value)
+
+
 @pytest.mark.parametrize("style", ["{},{},{}", "{} {} {}", "{};{};{};"])
 def test_damaged_lines_are_left_out_where_that_is_stated(imported, style):
     kept, log = damaged(style)
@@ -114,7 +143,7 @@ def test_a_torn_log_of_names_and_numbers(imported):
 @pytest.mark.parametrize(
     ("flags", "told"),
     [
-        ({}, "2 fields where the columns are 3; so are 2 others: leave damaged lines out with drop_damaged"),
+        ({}, "2 fields where the columns are 3; correct or delete it; or leave the 3 damaged lines out with drop_dam"),
         ({"drop_damaged": True, "time": None, "period_s": 0.02}, "how many rows a damaged line was is known where"),
         ({"drop_damaged": True, "speed": "note:rad/s"}, "lines are damaged, more than a serial line does; check"),
         ({"drop_damaged": True, "time": "note"}, "lines are damaged, more than a serial line does; check"),
