@@ -89,8 +89,19 @@ def _named(table: Table, stated: Collection[str]) -> list[str]:
 
 def _numbers(table: Table, column: str, clock: str | None) -> np.ndarray:
     """(n,) whether each cell is a number or, but for the `clock`, says that nothing was measured."""
-    numbers = np.array([bool(NUMBER.fullmatch(cell.strip())) for cell in table.cells[column]])
+    cells = table.cells[column]
+    if _all_numbers(cells):
+        return np.ones(len(cells), bool)
+    numbers = np.array([bool(NUMBER.fullmatch(cell.strip())) for cell in cells])
     return numbers if clock is not None and _named(table, [clock]) == [column] else numbers | table.missing(column)
+
+
+def _all_numbers(cells: Sequence[str]) -> bool:
+    """Nearly always, and seen ten times as fast as cell by cell."""
+    try:
+        return not any("_" in cell for cell in cells) and bool(np.isfinite(np.array(cells, float)).all())
+    except ValueError:
+        return False
 
 
 def _rising(values: Sequence[float]) -> list[int]:
