@@ -28,6 +28,8 @@ WINDOW = (
     "fast sines"
 )
 SLOW = "it shows in how the speed follows a fast change: add steps, or sines near the pole's frequency"
+JUMP, MANY_JUMPS = 0.2, 20
+"""Part of the range of the voltages by which a step changes them at least; steps to which some more add little."""
 QUIET_LOG10_Q = -4.0
 """Below this process term [decades of the floor] the encoder alone explains the residuals."""
 QUIET_CHI2 = 1.1
@@ -133,7 +135,7 @@ def assess(
     slope[:2] = -offset / psi[0], 1 / psi[0]
     _determined(recording, psi, model, float(errors.pole_share), average)
     _signed(recording, float(psi[0]), float(np.sqrt(kept[0, 0])))
-    notes += _wide(psi, kept, float(errors.chi2))
+    notes += _wide(psi, kept, float(errors.chi2), _jumps(packed))
     of_header = [one.sentence for one in (average, timing) if one is not None]
     motor, half = np.array([psi[0], np.exp(psi[2])]), 1.96 * np.sqrt(np.diag(kept)[:2])
     beside = hidden_laws(solution, errors, _by_chance(packed, errors), colour(packed), is_quiet(packed, errors))
@@ -287,12 +289,20 @@ def _damage(recording: Recording) -> list[str]:
     return [*warn_fixed_time(recording), *warn_spikes(recording), *warn_stopped(recording)]
 
 
-def _wide(psi: np.ndarray, covariance: np.ndarray, chi2: float) -> list[str]:
-    """A note on each parameter that is known but badly, or not at all."""
+def _jumps(packed: Packed) -> int:
+    """How often the voltage changes at once by a good part of its range."""
+    volts = packed.batch.volts
+    within = packed.batch.piece[:, 1:] == packed.batch.piece[:, :-1]
+    return int((within & (np.abs(np.diff(volts)) > JUMP * np.ptp(volts))).sum())
+
+
+def _wide(psi: np.ndarray, covariance: np.ndarray, chi2: float, jumps: int) -> list[str]:
+    """A note on each parameter that is known but badly, or not at all, of an input that has so many `jumps`."""
     values = [("gain", abs(psi[0])), ("pole", float(np.exp(psi[2])))]
     shares = [1.96 * np.sqrt(covariance[k, k]) / value for k, (_, value) in enumerate(values)]
     explains = chi2 <= QUIET_CHI2
-    whose, why = ("the", "more steps would tell more") if explains else ("the linear motor's", UNLIKE)
+    more = "more steps" if jumps < MANY_JUMPS else "a longer recording"
+    whose, why = ("the", f"{more} would tell more") if explains else ("the linear motor's", UNLIKE)
     return [
         f"{whose} {name} is {'only known to' if share < 1 else 'not determined,'} ± {100 * share:.0f} %: {why}"
         for (name, _), share in zip(values, shares, strict=True)

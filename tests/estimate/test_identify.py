@@ -9,7 +9,7 @@ from testing.made import COUNTS, PERIOD, counted, held, motion, plan, recording,
 
 from jaxmotor import JaxmotorError, identify
 from jaxmotor.estimate import electrical_check
-from jaxmotor.recording import Recording, Segment
+from jaxmotor.recording import Recording, Segment, from_arrays
 
 TRUTH = np.array([11.0, 40.0])
 
@@ -338,3 +338,16 @@ def test_a_step_of_one_height_gives_the_gain_without_an_offset(height, at_rest):
     assert fit.allowed.gain[1] > 1.5 * TRUTH[0] and {"friction", "dead zone"} <= {
         one.name for one in fit.open_hypotheses
     }
+
+
+@pytest.mark.parametrize(("rows", "more"), [(600, "more steps"), (20, "a longer recording")])
+def test_what_would_tell_more_depends_on_how_many_steps_there_are(rows, more):
+    """Speeds in much noise, of a voltage that changes after so many rows."""
+    row = np.arange(1200)
+    volts, speed = np.where((row // rows) % 2, 6.0, 3.0), np.zeros(1200)
+    for k in row[1:]:
+        speed[k] = speed[k - 1] + (1 - np.exp(-0.08)) * (20 * volts[k - 1] - speed[k - 1])
+    read = speed + np.random.default_rng(0).normal(0, 12 if rows == 600 else 60, 1200)
+    fit = identify(from_arrays(time_s=0.01 * row, volts=volts, speed_rad_s=read, speed_window_s=0.0))
+    [told] = [note for note in fit.notes if note.startswith("the pole is")]
+    assert told.endswith(f"{more} would tell more")
