@@ -39,8 +39,9 @@ def between_moments(table: Table, time_s: np.ndarray, begin_s: float | None, end
     begin, end = 0.0 if begin_s is None else begin_s, np.inf if end_s is None else end_s
     rows = (time_s >= begin) & (time_s <= end)
     if rows.sum() < 2:
+        until = f"to {end:g} s" if np.isfinite(end) else "on"
         raise RecordingError(
-            f"from {begin:g} s to {end:g} s after the first row there are {rows.sum()} rows, of a log that lasts "
+            f"from {begin:g} s {until} after the first row there are {rows.sum()} rows, of a log that lasts "
             f"{time_s.max():.4g} s; change --begin or --end"
         )
     return table.only(rows)

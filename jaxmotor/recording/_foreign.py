@@ -100,10 +100,10 @@ def import_log(
 
     Even time stamps become ticks, uneven ones stay time. Each change of the column `segment` begins a new segment; its
     value is kept as the parameter `label`; where that is the column of the time, one begins wherever time runs back.
-    Of a log of several motors by turns, `only` (`COL=VALUE`) names the one whose rows are read; of a log that holds
-    more than is wanted, rows are read from `begin_s` on and up to `end_s` [s] after the first one. So
-    it does after more than `gap_s` [s] between two rows: what was applied meanwhile is not known. A segment is taken to
-    start at rest only where the log shows it: at least its first two rows have zero input, and throughout these rows
+    So it does after more than `gap_s` [s] between two rows: what was applied meanwhile is not known. Of a log of
+    several motors by turns, `only` (`COL=VALUE`) names the one whose rows are read; of a log that holds more than is
+    wanted, rows are read from `begin_s` on and up to `end_s` [s] after the first one. A segment is taken to start at
+    rest only where the log shows it: at least its first two rows have zero input, and throughout these rows
     the shaft does not move. `input_acts` says whether a row's input is applied from that row on, or was until it: then
     it is moved to the row before, and of the last row the input is not known and taken to stay. Where `input_holds` the
     last input acts until the next one is given, in a log that has inputs and readings at moments of their own.

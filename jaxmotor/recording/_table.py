@@ -233,7 +233,8 @@ def read_table(
     )
     marks = [mark for mark in DELIMITERS if mark != "," or by_comma]
     rows_begin, above = 0, labelled
-    commented = next((row for row in reversed(range(top)) if _names_all(lines[row], marks, stated)), None)
+    comments = reversed(range(max(top - MOST_ABOVE, 0), top))
+    commented = next((row for row in comments if _names_all(lines[row], marks, stated)), None)
     if columns is None and commented is None:
         above, rows_begin = _lines_above_names(lines[top : top + MOST_ABOVE], marks, stated)
     elif columns is not None and labels is None:

@@ -65,7 +65,7 @@ def test_rows_between_two_moments(imported, flags, times):
 @pytest.mark.parametrize(
     ("flags", "told"),
     [
-        ({"begin_s": 5}, "from 5 s to inf s after the first row there are 0 rows, of a log that lasts 0.08 s"),
+        ({"begin_s": 5}, "from 5 s on after the first row there are 0 rows, of a log that lasts 0.08 s"),
         ({"begin_s": 0.04, "end_s": 0.05}, "there are 1 rows"),
         ({"end_s": -1}, "end_s"),
         ({"end_s": 0.04, "segment": "t_s"}, "begin_s and end_s are on one clock, and each segment starts its own"),
