@@ -319,12 +319,13 @@ def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
     """`known`, or that of the motors about as likely which predicts rows held out best, and what is held out: where the
     motor of `known` predicts them worse than the linear one, if that other one does better; where no effect is likely,
     but something unexplained, if it takes up as much there as an effect must. It is no cause then, but a better motor,
-    of which a disturbance is no part. The linear one where no effect helps to predict rows held out, and that predicts
-    them better or leaves next to nothing, of a noise that is not known.
+    of which a disturbance is no part. The linear one where that leaves next to nothing, of a noise that is not known,
+    and no effect helps to predict rows held out.
     """
     held = hold_out(known.study, known.found)
     if _is_idle(known.study, known.found, held):
-        return _of_linear(known)
+        known = known._replace(found=known.search.found_at(known.found.linear))
+        return known, hold_out(known.study, known.found)
     if held.is_worse:
         enough = held.before.drift
     elif held.own and not known.found.named and not is_explained(known.study, known.found.fitted, known.found.linear):
@@ -337,8 +338,6 @@ def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
     motors = [one for one in likely if held.is_worse or not is_disturbed(one)]
     drifts = side_by_side(lambda one: held.drift(one.motor, one, held.before.drift), motors)
     better = [(drift, one) for drift, one in zip(drifts, motors, strict=True) if drift < enough]
-    if not better and held.is_worse and _none_helps(held, known.found):
-        return _of_linear(known)
     if not better:
         return known, held
     _, best = min(better, key=lambda pair: pair[0])
@@ -346,20 +345,13 @@ def _validated(known: _Searched) -> tuple[_Searched, HeldOut]:
     return known, hold_out(known.study, known.found)
 
 
-def _of_linear(known: _Searched) -> tuple[_Searched, HeldOut]:
-    known = known._replace(found=known.search.found_at(known.found.linear))
-    return known, hold_out(known.study, known.found)
-
-
 def _is_idle(study: Study, found: Found, held: HeldOut) -> bool:
-    """The effects of `found` take up next to nothing that is more than the noise, and nothing of rows held out."""
+    """The effects of `found` take up next to nothing that is more than the noise, and nothing of rows held out: these
+    are predicted no worse without all of them, and without each."""
     left = max(found.linear.chi2, held.before.drift)
     unsure = held.own and not study.packed.observation.floor_known and left <= EXPLAINED
-    return bool(found.named) and unsure and held.after.drift >= held.before.drift and _none_helps(held, found)
-
-
-def _none_helps(held: HeldOut, found: Found) -> bool:
-    """Rows held out are predicted no worse without each of the effects of `found`."""
+    if not (found.named and unsure and held.after.drift >= held.before.drift):
+        return False
     return all(held.without(one.name) <= held.after.drift for one in found.named)
 
 
