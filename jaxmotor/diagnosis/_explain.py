@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from jaxmotor.diagnosis._extension import extended
 from jaxmotor.diagnosis._found import EXPLAINED, FINE, LEAST, Explained, Found
-from jaxmotor.diagnosis._free import is_possible, linear_of, with_effect
+from jaxmotor.diagnosis._free import linear_of, with_effect
 from jaxmotor.diagnosis._held_out import HeldOut, hold_out
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._part import part_of
@@ -13,7 +13,7 @@ from jaxmotor.diagnosis._reading_time import is_near, with_timing_offset
 from jaxmotor.diagnosis._request import Request
 from jaxmotor.diagnosis._residual_dependence import Dependence, dependences
 from jaxmotor.diagnosis._residual_voltage import ResidualVoltage, residual_voltage
-from jaxmotor.diagnosis._rest import may_rest
+from jaxmotor.diagnosis._rest import may_be
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score import Scored, scored
 from jaxmotor.diagnosis._search import Search
@@ -367,8 +367,7 @@ def _in_own_noise(known: _Searched) -> _Searched:
         return known
     quieter = study.quieter(found.fitted.chi2)
     linear, fitted = (quieter.solver.fit(one.motor, one, FINE, ties=one.ties) for one in (found.linear, found.fitted))
-    rig = known.search.rig
-    if not (is_possible(fitted.motor, rig) and may_rest(fitted.motor, rig)):
+    if not may_be(fitted.motor, known.search.rig):
         return known
     noise, before = quieter.packed.observation.noise, study.packed.observation.noise
     chi2 = known.fit.chi2_per_sample * (before.level / noise.level) ** 2

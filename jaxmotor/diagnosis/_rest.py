@@ -14,6 +14,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 
+from jaxmotor.diagnosis._free import is_possible
 from jaxmotor.motor import Motor
 from jaxmotor.motor.effects import AbstractDisturbance, AbstractEffect, AbstractLearnedEffect, Rig
 from jaxmotor.motor.effects._base import (
@@ -27,7 +28,7 @@ from jaxmotor.motor.effects._base import (
 from jaxmotor.recording import Recording, Segment
 
 LEAST_ROWS = 3
-"""Of rest."""
+"""Rows of rest, at least."""
 PLAIN = 3.0
 """Times the slowest speed that the log shows, which nobody overlooks."""
 ANGLES = np.linspace(0.0, 2 * np.pi, 16, endpoint=False)
@@ -49,6 +50,11 @@ def rest_of(recording: Recording) -> tuple[float, float]:
         assert recording.counts_per_rev is not None
         finest *= 2 * math.pi / recording.counts_per_rev
     return rest_s, finest if is_speed else finest / rest_s
+
+
+def may_be(motor: Motor, rig: Rig) -> bool:
+    """`motor` has effects of sizes that the rig can have, and `may_rest`."""
+    return is_possible(motor, rig) and may_rest(motor, rig)
 
 
 def may_rest(motor: Motor, rig: Rig) -> bool:

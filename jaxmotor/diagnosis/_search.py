@@ -16,12 +16,12 @@ from jaxmotor.diagnosis._bends import with_bends
 from jaxmotor.diagnosis._contact_sizes import smoothed
 from jaxmotor.diagnosis._cycles import Repeats
 from jaxmotor.diagnosis._found import COARSE, FINE, INEXACT, LEAST, NEARLY, STAYS, Explained, Found, Named
-from jaxmotor.diagnosis._free import is_possible, is_wide, turned_about, with_effect, without_effect
+from jaxmotor.diagnosis._free import is_wide, turned_about, with_effect, without_effect
 from jaxmotor.diagnosis._level import is_as_likely, ties_of
 from jaxmotor.diagnosis._parallel import side_by_side
 from jaxmotor.diagnosis._places import at_best_place
 from jaxmotor.diagnosis._relations import Relations
-from jaxmotor.diagnosis._rest import may_rest
+from jaxmotor.diagnosis._rest import may_be
 from jaxmotor.diagnosis._rounding import rounding_chi2
 from jaxmotor.diagnosis._score_test import (
     Candidate,
@@ -546,7 +546,7 @@ class Search:
     def _refined(self, fitted: Fitted) -> Fitted:
         """`fitted` to the end, if that is a motor that the rig can have."""
         found = self._level(self._smoothed(fitted))
-        return found if is_possible(found.motor, self.rig) and may_rest(found.motor, self.rig) else fitted
+        return found if may_be(found.motor, self.rig) else fitted
 
     def _smoothed(self, fitted: Fitted) -> Fitted:
         """`fitted`; a law with contacts has the sizes that fit best on average over others near them."""

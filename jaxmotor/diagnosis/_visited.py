@@ -17,9 +17,8 @@ from jaxmotor.diagnosis._evidence import (
     weights,
 )
 from jaxmotor.diagnosis._found import COARSE, EXPLAINED, NONE
-from jaxmotor.diagnosis._free import is_possible
 from jaxmotor.diagnosis._relations import Relations, price_of
-from jaxmotor.diagnosis._rest import may_rest
+from jaxmotor.diagnosis._rest import may_be
 from jaxmotor.diagnosis._score_test import Candidate
 from jaxmotor.diagnosis._solve import Fitted
 from jaxmotor.motor.effects import LEARNED, AbstractLearnedEffect, Rig, penalty
@@ -59,7 +58,7 @@ class Visited:
             known = self.fitted.get(frozenset(one.names))
             better = _is_finite(one) and (known is None or one.chi2 < (1 - COARSE) * known.chi2)
             is_simpler = any(map(self.relations.is_simpler, one.motor.effects))
-            if better and not is_simpler and is_possible(one.motor, self.rig) and may_rest(one.motor, self.rig):
+            if better and not is_simpler and may_be(one.motor, self.rig):
                 self._add(one)
 
     def _add(self, one: Fitted) -> None:
