@@ -134,16 +134,16 @@ def _timed_beside(known: _Searched) -> tuple[Study, Fitted] | None:
 
 
 def _of_part(recording: Recording, fit: Fit, request: Request, seed: int) -> _Searched | None:
-    """`recording`, if it is long, by what a search of a part of it finds; None where the whole asks for more."""
+    """`recording`, if it is long, by what a search of a part of it finds, and what the whole asks for beside that."""
     part = part_of(recording, float(fit.motor.pole))
     if part is None:
         return None
+    request.keep_noise_of_part(part, fit.noise)
     earlier = _searched(part, fit, request, seed)
     fit = dataclasses.replace(fit, average=earlier.fit.average)
     first = linear_of(float(fit.motor.gain), float(fit.motor.pole))
     now = _begun(fit, *_linear(recording, fit, first, request), first, request, seed)
-    found = _resumed(now, earlier)
-    return None if found is None else _angled(now._replace(found=found), seed)
+    return _angled(now._replace(found=_resumed(now, earlier) or _extended(now, seed)), seed)
 
 
 def _searched(

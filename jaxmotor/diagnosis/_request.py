@@ -50,6 +50,7 @@ class Request:
             raise JaxmotorError(f"on_progress is {shown(on_progress)}; give a function of a Progress")
         self._on_progress, self._lock = on_progress, threading.Lock()
         self._noises: list[tuple[Recording, bool, Noise]] = []
+        self._of_parts: list[tuple[Recording, Noise]] = []
         self.seeks_window = False
         """Motors were simulated whose speeds are means over a window that is sought: programs of those that are over
         none are the same."""
@@ -60,13 +61,19 @@ class Request:
 
     def noise_of(self, recording: Recording, timed: bool) -> Noise | None:
         """Of the readings of `recording`, packed for motors that are `timed` or not, where it has been estimated."""
+        part = (noise for one, noise in self._of_parts if one.segments is recording.segments)
         known = (noise for one, packed_so, noise in self._noises if one is recording and packed_so == timed)
-        return next(known, None)
+        return next(part, next(known, None))
 
     def keep_noise(self, recording: Recording, timed: bool, noise: Noise) -> None:
         """What `noise_of` shall give: to estimate it takes as long as many fits."""
         if not noise.known and self.noise_of(recording, timed) is None:
             self._noises.append((recording, timed, noise))
+
+    def keep_noise_of_part(self, part: Recording, noise: Noise) -> None:
+        """A part of a recording is explained in the noise of the whole, whatever its header states."""
+        if not noise.known:
+            self._of_parts.append((part, noise))
 
     def tell(self, stage: int, detail: str = "") -> None:
         """The work is in `STAGES[stage]`, at `detail`."""

@@ -7,7 +7,7 @@ import pytest
 from test_curves_beside_friction import GAIN, POLE, turned, voltages
 
 from jaxmotor import identify
-from jaxmotor.diagnosis import _part
+from jaxmotor.diagnosis import _explain, _part
 from jaxmotor.diagnosis._explain import _of_part, _searched
 from jaxmotor.diagnosis._part import part_of
 from jaxmotor.diagnosis._request import Request
@@ -106,5 +106,31 @@ def test_what_no_piece_shows_is_found_in_the_whole(few):
         supply_V=12.0,
     )
     assert not any(set(range(begin, begin + 150)) & {*rows[round(one / 0.01) :][:100].tolist()} for one in shown)
-    by_part, _ = found_in(held)
-    assert by_part is None
+    by_part, whole = found_in(held)
+    found, alone = by_part.found, whole.found
+    assert found.fitted.names == alone.fitted.names == ("coulomb_friction",)
+    assert found.fitted.chi2 == pytest.approx(alone.fitted.chi2, rel=1e-3)
+    assert found.unexplained_share == pytest.approx(alone.unexplained_share, rel=1e-3)
+    assert found.unexplained_share > 0.5
+
+
+@pytest.mark.usefixtures("x64")
+def test_a_part_is_explained_in_the_noise_of_the_whole(few, monkeypatch):
+    """A quiet piece would have another one, in which the whole seems to hold more than that."""
+    generator = np.random.default_rng(4)
+    [segment] = log().segments
+    speed = np.gradient(segment.count * (2 * np.pi / 1400.0), segment.time_s)
+    spread = np.where(np.arange(len(speed)) < 1500, 0.2, 0.4)
+    noisy = from_arrays(
+        time_s=segment.time_s,
+        volts=segment.volts,
+        speed_rad_s=speed + generator.normal(0.0, spread),
+        supply_V=12.0,
+        speed_window_s=0.0,
+    )
+    levels = []
+    searched = _explain._searched
+    monkeypatch.setattr(_explain, "_searched", lambda *a: levels.append(searched(*a)) or levels[-1])
+    fit = identify(noisy)
+    _of_part(noisy, fit, Request(ASKED), 0)
+    assert [one.study.packed.observation.noise.level for one in levels] == [pytest.approx(fit.noise.level)]
