@@ -37,6 +37,8 @@ SURE = 5.0
 """Standard errors."""
 LONGER = 1.02
 """Factor by which a window is longer whose change stands for that of any."""
+BLOCKS = 20
+"""Of rows, whose sums scatter independently."""
 NEAR = 0.5
 """By which the share b may differ from one."""
 
@@ -223,8 +225,13 @@ def _fixed(
 
 def _errors(residual: np.ndarray, change: np.ndarray) -> float:
     """z; none where b is not near one."""
-    each = residual * change
-    scatter, size = float(np.sqrt((each**2).sum())), float((change**2).sum())
+    each, squares = residual * change, change**2
+    scatter, size = float(np.sqrt((each**2).sum())), float(squares.sum())
     if not scatter > 0 or not size > 0:
         return 0.0
-    return float(each.sum()) / scatter if abs(each.sum() / size - 1) < NEAR else 0.0
+    share = float(each.sum()) / size
+    # Neighbours may belong together: a motion that is not followed well, in rows that are longer by turns.
+    edges = np.linspace(0, len(each), BLOCKS, endpoint=False).astype(int)
+    of_blocks = np.add.reduceat(each - share * squares, edges)
+    scatter = max(scatter, float(np.sqrt((of_blocks**2).sum())))
+    return share * size / scatter if abs(share - 1) < NEAR else 0.0

@@ -46,6 +46,9 @@ EVEN = 1e-6
 APART, TIMES = 0.5, 2.0
 """Of log odds of b: those of others, and how many times less their R² must be."""
 
+NEARBY = 1.1
+"""Times 1/q up to which speeds are themselves held to be whole multiples: of finer ones they may be as printed."""
+
 
 class Smoothing(NamedTuple):
     """Each speed is the one before and so much of the way to the mean over its row."""
@@ -165,6 +168,8 @@ def _found(steps: _Steps) -> tuple[float, Smoothing] | None:
         large = steps.of(order[len(order) // 2 :])
         clear = _clear(large, weight, rate)
         others = max(_clear(large, other, rate) for other in WEIGHTS if abs(_odds(other) - _odds(weight)) > APART)
+        # Speeds on a grid are whole multiples for many b: x is a sum of them.
+        others = max(others, _of_speeds(large, NEARBY * rate))
         if clear > max(CLEAR, TIMES * others) and weight < MOST_WEIGHT and _scatters(steps, weight, 1 / rate):
             found.append((clear, Smoothing(weight, 1 / rate)))
     return max(found, default=None)
@@ -173,15 +178,26 @@ def _found(steps: _Steps) -> tuple[float, Smoothing] | None:
 def _best_q(steps: _Steps, weight: float) -> tuple[float, float]:
     """The largest R² of one b, and its 1/q [s/rad]."""
     x = steps.raw(weight)
-    most = min(1 / steps.finest(weight), LEVELS / max(float(np.ptp(x)), 1e-300))
+    power, rates = _each_q(x, min(1 / steps.finest(weight), LEVELS / max(float(np.ptp(x)), 1e-300)))
+    best = int(np.argmax(power))
+    return float(power[best]), float(rates[best])
+
+
+def _of_speeds(steps: _Steps, most: float) -> float:
+    """The largest R² of the speeds themselves, of q with a 1/q of `most`."""
+    power, rates = _each_q(steps.now, 4 * most)
+    return float(power[rates <= most].max())
+
+
+def _each_q(x: np.ndarray, most: float) -> tuple[np.ndarray, np.ndarray]:
+    """R² of q with a 1/q of up to `most`, and the 1/q."""
     bins = np.rint((x - x.min()) * 2 * most).astype(int)
     size = 1 << int(bins.max() + 1).bit_length()
     power = np.abs(np.fft.rfft(np.bincount(bins, minlength=size))) ** 2 / len(x) ** 2
     rates = np.arange(len(power)) * 2 * most / size
     # Of few levels anything is a multiple.
     power[rates < 3 / max(float(np.std(x)), 1e-300)] = 0.0
-    best = int(np.argmax(power))
-    return float(power[best]), float(rates[best])
+    return power, rates
 
 
 def _finer(steps: _Steps, weight: float, rate: float) -> tuple[float, float]:

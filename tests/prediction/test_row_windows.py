@@ -7,6 +7,7 @@ import pytest
 
 from jaxmotor.estimate import identify
 from jaxmotor.prediction import row_window
+from jaxmotor.prediction._row_windows import SURE, _errors
 from jaxmotor.recording import Recording, from_arrays
 
 GAIN, POLE, PERIOD_S = 4.0, 25.0, 0.005
@@ -100,3 +101,12 @@ def test_a_fixed_time_is_not_taken_for_rows_that_differ_much(seed: int) -> None:
     window = rng.uniform(0.3, 9.0) * PERIOD_S
     speed = (np.interp(time, fine, angle) - np.interp(time - window, fine, angle)) / window
     assert found(from_arrays(time_s=time, volts=drive, speed_rad_s=speed + 0.05 * rng.standard_normal(1500))) is None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rows_that_belong_together_say_less(seed: int) -> None:
+    """Of a motion that is not followed well, through hundreds of rows the share is four, and then minus two."""
+    change = np.random.default_rng(seed).standard_normal(2000)
+    by_turns = 1 + 3 * np.where(np.arange(2000) // 200 % 2 == 0, 1.0, -1.0)
+    at_random = np.random.default_rng(seed + 10).permutation(by_turns)
+    assert 0 <= _errors(by_turns * change, change) < SURE < _errors(at_random * change, change) < 12

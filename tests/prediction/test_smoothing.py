@@ -19,7 +19,7 @@ GAIN, POLE = 8.0, 18.0
 COUNTS, PERIOD_S, ROWS = 700, 0.02, 1500
 
 
-def driven(rng: np.random.Generator, lengths_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def driven(rng: np.random.Generator, lengths_s: np.ndarray, counts: int = COUNTS) -> tuple[np.ndarray, np.ndarray]:
     """(n,) voltages, and (n,) counts in the row before each."""
     volts = np.repeat(rng.uniform(-7, 7, len(lengths_s)), rng.integers(4, 30, len(lengths_s)))[: len(lengths_s)]
     angle, speed = np.zeros(len(volts) + 1), 0.0
@@ -27,7 +27,7 @@ def driven(rng: np.random.Generator, lengths_s: np.ndarray) -> tuple[np.ndarray,
         decay, final = np.exp(-POLE * length), GAIN * volt
         angle[row + 1] = angle[row] + final * length + (speed - final) * (1 - decay) / POLE
         speed = final + (speed - final) * decay
-    return volts, np.diff(np.floor(angle / (2 * np.pi) * COUNTS), prepend=0.0)[: len(volts)]
+    return volts, np.diff(np.floor(angle / (2 * np.pi) * counts), prepend=0.0)[: len(volts)]
 
 
 def smooth(speeds: np.ndarray, weight: float) -> np.ndarray:
@@ -69,6 +69,15 @@ def test_nothing_is_found_where_nothing_was_smoothed() -> None:
     plain = log(2, 1.0)
     assert smoothing(plain, (0,)) is None
     assert smoothing(dataclasses.replace(log(2, 0.3), speed_window_s=0.02), (0,)) is None
+
+
+@pytest.mark.parametrize("counts", [COUNTS, 10 * COUNTS, 50 * COUNTS])
+def test_speeds_on_a_grid_are_not_smoothed(counts: int) -> None:
+    """A driver's speeds are whole multiples of a step, but for printed digits: 2 y[k] - y[k-1] are such, too."""
+    rng = np.random.default_rng(5)
+    volts, counted = driven(rng, np.full(ROWS, PERIOD_S), counts)
+    speed = counted * 2 * np.pi / counts / PERIOD_S + rng.uniform(-1e-7, 1e-7, ROWS)
+    assert smoothing(from_arrays(time_s=PERIOD_S * np.arange(ROWS), volts=volts, speed_rad_s=speed), (0,)) is None
 
 
 def test_segments_of_one_row_say_nothing() -> None:
