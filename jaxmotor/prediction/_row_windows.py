@@ -9,7 +9,7 @@ fixed window r is the residual, and c what the other way would change. In
 
 b is near one where speeds were made so and near zero where not, and z is b over its standard error, whatever else the
 motor lacks. What another gain and another fixed length would change is taken out of both. The way with the greatest z
-is the log's if it leaves less than every fixed window.
+is the log's if it leaves less than every fixed window, speeds at the rows, and these smoothed from row to row.
 """
 
 import dataclasses
@@ -19,7 +19,15 @@ from typing import NamedTuple
 import numpy as np
 
 from jaxmotor._balanced import solve_balanced
-from jaxmotor.prediction._flexible_model import LogRows, direction_of, first_order, late, pole_and_delay, without_starts
+from jaxmotor.prediction._flexible_model import (
+    LogRows,
+    direction_of,
+    first_order,
+    late,
+    pole_and_delay,
+    states,
+    without_starts,
+)
 from jaxmotor.prediction._packing import log_rows, rows_span
 from jaxmotor.recording import Recording
 
@@ -39,6 +47,8 @@ LONGER = 1.02
 """Factor by which a window is longer whose change stands for that of any."""
 BLOCKS = 20
 """Of rows, whose sums scatter independently."""
+WEIGHTS = (0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.75, 0.9)
+"""Of a speed in one that is smoothed from row to row."""
 NEAR = 0.5
 """By which the share b may differ from one."""
 
@@ -91,7 +101,10 @@ def row_window(recording: Recording, segments: tuple[int, ...]) -> RowWindow | N
         for one in _tried(rows, motions(late_rows * usual_s), number, usual_s)
     ]
     alike = [one.square for one in (best, *again) if one.window[:2] == best.window[:2]]
-    return best.window if min(alike) < min(one.fixed_square for one in (nearest, *again)) else None
+    others = [one.fixed_square for one in (nearest, *again)]
+    if stated_s is None:  # else speeds are means
+        others += [_read_square(rows, poles, delay_s, (1.0,)), _read_square(rows, poles, 0.0, WEIGHTS)]
+    return best.window if min(alike) < min(others) else None
 
 
 def by_rows(recording: Recording, window: RowWindow) -> Recording:
@@ -135,6 +148,22 @@ def _motions(rows: LogRows, poles: np.ndarray, late_s: float) -> _Motions:
     _, begun = first_order(rows, wide[:, 3 * POLES :], poles, 1.0)
     angle = np.moveaxis(_until(turned).reshape(len(drives), 3, POLES), 1, 2)
     return _Motions(poles, drives, angle, _until(begun))
+
+
+def _read_square(rows: LogRows, poles: np.ndarray, late_s: float, weights: tuple[float, ...]) -> float:
+    """The least mean square that speeds y[k] = y[k-1] + b (x[k] - y[k-1]) leave of all b = `weights`, x those of the
+    motor at the rows under voltages that act `late_s` later."""
+    drives = np.stack([late(rows, late_s), np.ones_like(rows.volts), direction_of(rows)], axis=1)
+    begins, least = rows.reset[1:, None], np.inf
+    for pole in poles[:, None]:
+        speed, _ = first_order(rows, drives, pole)
+        begun, _ = first_order(rows, 0 * drives[:, :1], pole, 1.0)
+        speed = np.concatenate([speed, begun], axis=1)
+        for weight in weights:
+            decay, inject = np.where(begins, 0.0, 1 - weight), np.where(begins, 1.0, weight) * speed[1:]
+            smooth = states(np.append(decay, [[0.0]], axis=0), np.append(inject, inject[-1:], axis=0), speed[0])
+            least = min(least, _fit(rows, rows.valid, smooth[:, :3], smooth[:, 3])[0])
+    return least / float(rows.valid.sum())
 
 
 def _until(turned: np.ndarray) -> np.ndarray:

@@ -103,6 +103,22 @@ def test_a_fixed_time_is_not_taken_for_rows_that_differ_much(seed: int) -> None:
     assert found(from_arrays(time_s=time, volts=drive, speed_rad_s=speed + 0.05 * rng.standard_normal(1500))) is None
 
 
+@pytest.mark.parametrize("weight", [1.0, 0.6, 0.25])
+@pytest.mark.parametrize("seed", range(3))
+def test_speeds_at_rows_are_no_means(seed: int, weight: float) -> None:
+    """Nor are these smoothed from row to row, of a motor that is about as fast as rows are long."""
+    rng = np.random.default_rng(seed)
+    lengths = PERIOD_S * rng.uniform(0.7, 1.3, 2000)
+    volts = np.repeat(rng.choice([-6.0, 6.0], 500), 4)
+    speed, read = np.zeros(2000), np.zeros(2000)
+    for k in range(1, 2000):
+        keep = np.exp(-4 * POLE * lengths[k - 1])
+        speed[k] = keep * speed[k - 1] + (1 - keep) * GAIN * volts[k - 1]
+        read[k] = read[k - 1] + weight * (speed[k] + 0.1 * rng.standard_normal() - read[k - 1])
+    time = np.append(0.0, np.cumsum(lengths)[:-1])
+    assert found(from_arrays(time_s=time, volts=volts, speed_rad_s=read)) is None
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_that_belong_together_say_less(seed: int) -> None:
     """Of a motion that is not followed well, through hundreds of rows the share is four, and then minus two."""
