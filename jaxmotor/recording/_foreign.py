@@ -20,7 +20,7 @@ from jaxmotor.recording._fixed_time import over_rows
 from jaxmotor.recording._header import RANGES
 from jaxmotor.recording._known_step import known_step
 from jaxmotor.recording._log import assemble
-from jaxmotor.recording._log_columns import Log
+from jaxmotor.recording._log_columns import Inputs, Log
 from jaxmotor.recording._matlab import is_matlab, read_matlab
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._pulse_windows import usual_window_s
@@ -414,7 +414,7 @@ def _read_log(
     column[read] = values
     log = Log(
         (stamps[0][kept], stamps[1]),
-        _spread(given, ~no_input, row, kept),
+        given.at((np.cumsum(~no_input) - 1)[row][kept]),
         {name: column[kept]},
         None if measured is None else measured[kept],
         None if kept.all() else np.concatenate([[False], np.diff(np.flatnonzero(kept)) > 1]),
@@ -422,15 +422,6 @@ def _read_log(
         holds,
     )
     return log, np.concatenate([[0], np.cumsum(kept)])[bounds]
-
-
-def _spread(
-    given: tuple[np.ndarray, np.ndarray | None, float | None], known: np.ndarray, row: np.ndarray, kept: np.ndarray
-) -> tuple[np.ndarray, np.ndarray | None, float | None]:
-    """The inputs `given`, of the rows at which `known` is true, for the rows `kept`, each that of `row`."""
-    volts, duty, full = given
-    place = (np.cumsum(known) - 1)[row][kept]
-    return volts[place], None if duty is None else duty[place], full
 
 
 def _held(row: np.ndarray, given: np.ndarray, bounds: np.ndarray, acted_before: bool) -> np.ndarray:
@@ -451,10 +442,8 @@ def _rows_before(bounds: np.ndarray) -> np.ndarray:
     return row
 
 
-def input_of(
-    table: Table, stated: Input, supply_V: float | int | None, as_duty: bool = False
-) -> tuple[np.ndarray, np.ndarray | None, float | None]:
-    """Volts, whole duties where they are, and the duty that means the whole supply.
+def input_of(table: Table, stated: Input, supply_V: float | int | None, as_duty: bool = False) -> Inputs:
+    """Volts, and whole duties where they are.
 
     With `as_duty` fractions of the supply become whole duties of a larger full scale.
     """
@@ -462,7 +451,7 @@ def input_of(
     if stated.limit is not None:
         values = np.clip(values, stated.zero - stated.limit, stated.zero + stated.limit)
     if stated.full_scale is None:
-        return values * stated.volts_per_unit, None, None
+        return Inputs(values * stated.volts_per_unit)
     if supply_V is None:
         raise RecordingError(
             "duty and percent need the supply voltage to become volts (--supply); where nobody knows it, "
@@ -490,8 +479,8 @@ def input_of(
         finer = 10.0 ** min(max(round(-np.log10(table.resolution(stated.column))), 0), FINEST_DUTY)
         duty, full = np.rint(values * finer).astype(np.int64), full * finer
     if duty is None:
-        return values / full * supply_V, None, None
-    return duty / full * supply_V, duty, full
+        return Inputs(values / full * supply_V)
+    return Inputs(duty / full * supply_V, duty, full)
 
 
 def _segments(

@@ -88,7 +88,7 @@ def assemble(
         segments=tuple(segments),
         source=source,
         period_s=times.period_s,
-        duty_full_scale=log.input[2],
+        duty_full_scale=log.input.full_scale,
         header=header,
         **fields,
     )

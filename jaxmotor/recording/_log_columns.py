@@ -1,8 +1,22 @@
 """A foreign log's columns."""
 
 import dataclasses
+from typing import NamedTuple
 
 import numpy as np
+
+
+class Inputs(NamedTuple):
+    """What was applied, by row."""
+
+    volts: np.ndarray
+    duty: np.ndarray | None = None
+    full_scale: float | None = None
+    """The duty that means the whole supply."""
+
+    def at(self, rows: np.ndarray) -> "Inputs":
+        """Of `rows`, indices or true where they are."""
+        return self._replace(volts=self.volts[rows], duty=_at(self.duty, rows))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -11,8 +25,7 @@ class Log:
 
     stamps: tuple[np.ndarray, float]
     """(n,) time [s] and the step of its last printed digit [s]."""
-    input: tuple[np.ndarray, np.ndarray | None, float | None]
-    """(n,) volts, (n,) duty, and the duty that means the whole supply."""
+    input: Inputs
     shaft: dict[str, np.ndarray]
     """(n,) of one name, `count`, `angle_rad` or `speed_rad_s`."""
     supply_V: np.ndarray | None = None
@@ -30,24 +43,22 @@ class Log:
         return np.ones(len(self.stamps[0]), bool) if self.unread is None else ~self.unread
 
     def only(self, kept: np.ndarray) -> "Log":
-        """The rows where `kept` (n,) is true."""
-        volts, duty, full = self.input
+        """The rows where `kept` (n,) is true; those left out are gaps."""
         gaps = np.cumsum(~kept if self.after_gap is None else ~kept | self.after_gap)[kept]
-        return self.at(kept, (volts[kept], None if duty is None else duty[kept], full), np.diff(gaps, prepend=0) > 0)
+        return dataclasses.replace(self.at(kept), after_gap=np.diff(gaps, prepend=0) > 0)
 
-    def at(
-        self,
-        kept: np.ndarray,
-        inputs: tuple[np.ndarray, np.ndarray | None, float | None],
-        after_gap: np.ndarray | None,
-    ) -> "Log":
-        """The rows `kept`, indices or true where they are, with these inputs instead of their own."""
+    def at(self, rows: np.ndarray) -> "Log":
+        """The `rows`, indices or true where they are."""
         return Log(
-            (self.stamps[0][kept], self.stamps[1]),
-            inputs,
-            {name: column[kept] for name, column in self.shaft.items()},
-            None if self.supply_V is None else self.supply_V[kept],
-            after_gap,
-            None if self.unread is None or not self.unread[kept].any() else self.unread[kept],
+            (self.stamps[0][rows], self.stamps[1]),
+            self.input.at(rows),
+            {name: column[rows] for name, column in self.shaft.items()},
+            _at(self.supply_V, rows),
+            _at(self.after_gap, rows),
+            None if self.unread is None or not self.unread[rows].any() else self.unread[rows],
             self.apart,
         )
+
+
+def _at(column: np.ndarray | None, rows: np.ndarray) -> np.ndarray | None:
+    return None if column is None else column[rows]

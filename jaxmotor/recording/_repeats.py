@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from jaxmotor.recording._log_columns import Log
+from jaxmotor.recording._log_columns import Inputs, Log
 
 STEPS = 2.0
 """Of the readings' grid, that a reading must change by to tell motion from rounding."""
@@ -83,11 +83,8 @@ def _of_turns(log: Log, kept: np.ndarray, bounds: np.ndarray, counts_per_rev: fl
     alone = bool(np.diff(np.flatnonzero(np.concatenate([[True], ~follows, [True]]))).min() < 2)
     changes = _changes_between(log, kept[:-1][follows], kept)
     if not changes or alone or (measured == "count" and counts_per_rev is None):
-        volts, duty, full = log.input
-        mean = _means(volts, log.stamps[0], kept, bounds) if changes else volts[kept]
-        inputs = (mean, None, None) if changes or duty is None else (mean, duty[kept], full)
-        after_gap = None if log.after_gap is None else log.after_gap[kept]
-        return log.at(kept, inputs, after_gap), np.searchsorted(kept, bounds)
+        means = Inputs(_means(log.input.volts, log.stamps[0], kept, bounds)) if changes else log.input.at(kept)
+        return dataclasses.replace(log.at(kept), input=means), np.searchsorted(kept, bounds)
     rad = 2 * np.pi / counts_per_rev if measured == "count" and counts_per_rev is not None else 1.0
     speeds = np.zeros(len(shaft))
     speeds[kept[1:]] = rad * np.diff(shaft[kept]) / np.diff(log.stamps[0][kept])
@@ -130,10 +127,7 @@ def _with_rows_between(log: Log, kept: np.ndarray, bounds: np.ndarray) -> tuple[
     within = np.arange(len(needed)) <= np.repeat(last, np.diff(bounds))
     rows, few = np.flatnonzero((place % stride == 0) & within), np.flatnonzero(needed & within)
     rows = few if FEW * len(few) < len(rows) else rows
-    volts, duty, full = log.input
-    inputs = volts[rows], None if duty is None else duty[rows], full
-    after_gap = None if log.after_gap is None else log.after_gap[rows]
-    return log.at(rows, inputs, after_gap), np.searchsorted(rows, bounds)
+    return log.at(rows), np.searchsorted(rows, bounds)
 
 
 def _repeats(time_s: np.ndarray, shaft: np.ndarray, begins: np.ndarray, bounds: np.ndarray) -> Repeats | None:

@@ -66,7 +66,7 @@ def import_steady(
         names = list(table.cells)
         stated = split_input(input, names)
         supply_V = nominal(stated, None, supply_V, supply_unknown)
-        volts, _, _ = input_of(table, stated, supply_V)
+        volts = input_of(table, stated, supply_V).volts
         speeds = Shaft(speed=speed).read(table, names, scale)["speed_rad_s"]
     limit_rows(len(volts) * ticks, table.source)
     tick, chosen = np.arange(ticks), {} if only is None else {"only": only}

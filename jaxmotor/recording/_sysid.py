@@ -20,7 +20,7 @@ import numpy as np
 
 from jaxmotor._arguments import check_text, path_of
 from jaxmotor.recording._log import assemble
-from jaxmotor.recording._log_columns import Log
+from jaxmotor.recording._log_columns import Inputs, Log
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._sysid_csv import STATES, import_sysid_csv
@@ -137,7 +137,7 @@ def _assemble(tests: dict[str, np.ndarray], about: dict[str, Any], source: str) 
     moved = any(np.ptp(tests[name][:, 2]) > 0 for name in names)
     column, shaft = ("angle_rad", table[:, 2]) if moved else ("speed_rad_s", table[:, 3])
     return assemble(
-        Log((table[:, 0], 0.0), (np.concatenate(volts), None, None), {column: 2 * np.pi * shaft}),
+        Log((table[:, 0], 0.0), Inputs(np.concatenate(volts)), {column: 2 * np.pi * shaft}),
         np.cumsum([0, *(len(tests[name]) for name in names)]),
         [{"label": name} | ({"voltage_sign": "turned"} if turned[name] else {}) for name in names],
         [STATES[name] for name in names],

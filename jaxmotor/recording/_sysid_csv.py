@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from jaxmotor.recording._log import assemble
-from jaxmotor.recording._log_columns import Log
+from jaxmotor.recording._log_columns import Inputs, Log
 from jaxmotor.recording._recording import Recording, RecordingError
 from jaxmotor.recording._table import Table, read_table
 from jaxmotor.recording._units import Scale, angle_factor, positive
@@ -54,7 +54,7 @@ def import_sysid_csv(
     return assemble(
         Log(
             (when, table.resolution(time)),
-            (voltages, None, None),
+            Inputs(voltages),
             {"angle_rad" if shaft == "position" else "speed_rad_s": values * factor},
         ),
         np.array([*starts, len(labels)]),
