@@ -22,7 +22,6 @@ from jaxmotor.recording._direction import AT_ZERO as AT_ZERO
 from jaxmotor.recording._direction import EARLY as EARLY
 from jaxmotor.recording._direction import warn_early as warn_early
 from jaxmotor.recording._direction import warn_sign as warn_sign
-from jaxmotor.recording._foreign import column_names as column_names
 from jaxmotor.recording._foreign import import_log as import_log
 from jaxmotor.recording._from_arrays import from_arrays as from_arrays
 from jaxmotor.recording._from_arrays import from_dataframe as from_dataframe
@@ -34,6 +33,7 @@ from jaxmotor.recording._join import join as join
 from jaxmotor.recording._jumps import check_jumps as check_jumps
 from jaxmotor.recording._log_unit import LogUnit as LogUnit
 from jaxmotor.recording._log_unit import log_unit as log_unit
+from jaxmotor.recording._opened import column_names as column_names
 from jaxmotor.recording._own_words import as_options as as_options
 from jaxmotor.recording._pulse_windows import pulse_windows as pulse_windows
 from jaxmotor.recording._ranges import ranges as ranges

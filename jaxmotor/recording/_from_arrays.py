@@ -11,10 +11,11 @@ import numpy as np
 from jaxmotor._arguments import check_text, is_number, taken
 from jaxmotor._errors import JaxmotorError
 from jaxmotor._sentences import one_of, sentence, shown
-from jaxmotor.recording._foreign import Acts, Drive, import_log
+from jaxmotor.recording._foreign import import_log
 from jaxmotor.recording._from_columns import header_of
 from jaxmotor.recording._own_words import as_options, in_own_words, of_arguments
 from jaxmotor.recording._recording import Recording, RecordingError
+from jaxmotor.recording._stated import Acts, Drive
 from jaxmotor.recording._table import Table
 from jaxmotor.recording._units import positive
 

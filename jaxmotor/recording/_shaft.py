@@ -1,6 +1,7 @@
 """The shaft's column of a foreign log: speed, angle, running counter or pulses per interval, in SI."""
 
 import dataclasses
+from collections.abc import Collection
 from typing import Literal
 
 import numpy as np
@@ -45,7 +46,7 @@ class Shaft:
                 f"--wrap is {shown(self.wrap)}; it is the width of the counter, {WIDTHS[0]} to {WIDTHS[1]} bit"
             )
 
-    def column(self, names: list[str]) -> str:
+    def column(self, names: Collection[str]) -> str:
         """The column that is meant.
 
         **Raises:** `RecordingError`.
@@ -56,20 +57,20 @@ class Shaft:
             return split_unit(self.angle, names, "the angle")[0]
         return existing(self.count or self.pulses or "", names)
 
-    def read(self, table: Table, names: list[str], scale: Scale) -> dict[str, np.ndarray]:
+    def read(self, table: Table, scale: Scale) -> dict[str, np.ndarray]:
         """(n,) of one name: `speed_rad_s`, `angle_rad`, or `count`, which runs on where the logged one wrapped.
 
         **Raises:** `RecordingError`.
         """
         if self.speed is not None:
-            column, unit = split_unit(self.speed, names, "the speed")
+            column, unit = split_unit(self.speed, table.cells, "the speed")
             return {"speed_rad_s": table.numbers(column) * speed_factor(unit, scale)}
         if self.angle is not None:
-            column, unit = split_unit(self.angle, names, "the angle")
+            column, unit = split_unit(self.angle, table.cells, "the angle")
             angle = table.numbers(column) * angle_factor(unit, scale)
             return {"angle_rad": _unwrapped_angle(table, angle) if self.wrap == "turn" else angle}
         angle_factor("counts", scale)
-        column = self.column(names)
+        column = self.column(table.cells)
         counts = table.integers(column)
         if counts is None:
             hint = "" if self.count is None else f"; give it as --angle {column}:counts"

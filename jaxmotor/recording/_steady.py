@@ -6,10 +6,12 @@ import numpy as np
 
 from jaxmotor._arguments import path_of
 from jaxmotor.recording._chosen_rows import of_one
-from jaxmotor.recording._foreign import Drive, check_stated, input_of, nominal, opened, window_of
+from jaxmotor.recording._log_input import input_of, nominal
+from jaxmotor.recording._opened import opened
 from jaxmotor.recording._own_words import in_own_words
 from jaxmotor.recording._recording import Recording, RecordingError, Segment
 from jaxmotor.recording._shaft import Shaft
+from jaxmotor.recording._stated import Drive, check_stated, check_unknown, window_of
 from jaxmotor.recording._text import about_log, limit_rows
 from jaxmotor.recording._units import Scale, positive, split_input
 
@@ -53,8 +55,7 @@ def import_steady(
     scale = Scale(positive(counts_per_rev, "--counts-per-rev"), positive(wheel_radius_m, "--wheel-radius"))
     period, hold = positive(period_s, "--period"), positive(hold_s, "--steady")
     supply_V = positive(supply_V, "--supply")
-    if supply_unknown and supply_V is not None:
-        raise RecordingError("the supply is stated, so it is not unknown; leave --supply-unknown out")
+    check_unknown(supply_unknown, supply_V is not None)
     if period is None or hold is None:
         raise RecordingError("a steady state needs a --period and a --steady of seconds")
     ticks = round(hold / period) + 1
@@ -63,11 +64,10 @@ def import_steady(
     table = opened(path, columns, drop_first, decimal_comma, {"input": input, "speed": speed})
     with about_log(table.source):
         table = of_one(table, only)
-        names = list(table.cells)
-        stated = split_input(input, names)
+        stated = split_input(input, table.cells)
         supply_V = nominal(stated, None, supply_V, supply_unknown)
         volts = input_of(table, stated, supply_V).volts
-        speeds = Shaft(speed=speed).read(table, names, scale)["speed_rad_s"]
+        speeds = Shaft(speed=speed).read(table, scale)["speed_rad_s"]
     limit_rows(len(volts) * ticks, table.source)
     tick, chosen = np.arange(ticks), {} if only is None else {"only": only}
     segments = [

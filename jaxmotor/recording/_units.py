@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import re
+from collections.abc import Collection
 
 from jaxmotor._arguments import is_number
 from jaxmotor._sentences import shown
@@ -85,7 +86,7 @@ def speed_factor(unit: str, scale: Scale) -> float:
     return factor * _angle(shaft, scale) * _RATES[rate]
 
 
-def split_time(text: str, columns: list[str]) -> tuple[str, float]:
+def split_time(text: str, columns: Collection[str]) -> tuple[str, float]:
     """Column and seconds per unit of `COL` or `COL:s|ms|us|ns`; without unit it is seconds. A number may stand before
     the unit: `COL:125us` counts rows or ticks.
 
@@ -110,7 +111,7 @@ def split_time(text: str, columns: list[str]) -> tuple[str, float]:
         ) from error
 
 
-def split_unit(text: str, columns: list[str], what: str) -> tuple[str, str]:
+def split_unit(text: str, columns: Collection[str], what: str) -> tuple[str, str]:
     """Column and unit of `COL:UNIT`; the column's name may itself hold colons.
 
     **Raises:** `RecordingError` where the unit is not stated or the column is not there.
@@ -138,7 +139,7 @@ class Input:
 _DUTY = re.compile(r"(.*):duty:([^:]*)", re.DOTALL)
 
 
-def split_input(text: str, columns: list[str]) -> Input:
+def split_input(text: str, columns: Collection[str]) -> Input:
     """What `COL:V`, `COL:mV`, either with a number before the unit, `COL:duty:FULL`, `COL:duty:FULL@ZERO` or
     `COL:percent` says.
 
@@ -174,7 +175,7 @@ def _full_scale(text: str) -> tuple[float, float]:
     return value - none, none
 
 
-def existing(name: str, columns: list[str]) -> str:
+def existing(name: str, columns: Collection[str]) -> str:
     """`name`, one of `columns`.
 
     **Raises:** `RecordingError`.
