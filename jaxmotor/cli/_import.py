@@ -1,24 +1,20 @@
 """`jaxmotor import`: a log from elsewhere becomes a recording."""
 
+import inspect
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
 from jaxmotor.cli._folder import check_free
 
-CURVE = (
-    "supply_V",
-    "supply_unknown",
-    "counts_per_rev",
-    "speed_window_s",
-    "drive",
-    "only",
-    "columns",
-    "drop_first",
-    "decimal_comma",
-)
-"""What else may be stated of a steady-state curve."""
+CURVE = {
+    *("input", "speed", "period_s", "supply_V", "supply_unknown", "counts_per_rev", "speed_window_s"),
+    *("drive", "only", "columns", "drop_first", "decimal_comma"),
+}
+"""What may be stated of a steady-state curve."""
+OWN = ("log", "output", "wheel_radius_m", "hold_s", "source", "units", "motor", "force")
+"""What is stated of any log, or of the kind that it is."""
 Source = Literal["csv", "sysid"]
 """Programs whose logs are known."""
 
@@ -30,14 +26,17 @@ def import_command(
     input: Annotated[
         str | None, typer.Option(metavar="COL:V|mV|duty:FULL[@ZERO]|percent", help="What was applied.")
     ] = None,
-    step: Annotated[
-        float | None, typer.Option(metavar="V", help="No column has the input: so many volts, from the first row on.")
+    step_V: Annotated[
+        float | None,
+        typer.Option("--step", metavar="V", help="No column has the input: so many volts, from the first row on."),
     ] = None,
-    step_at: Annotated[
-        float | None, typer.Option(metavar="S", help="From so long after the first row on, and 0 V before.")
+    step_at_s: Annotated[
+        float | None,
+        typer.Option("--step-at", metavar="S", help="From so long after the first row on, and 0 V before."),
     ] = None,
-    step_until: Annotated[
-        float | None, typer.Option(metavar="S", help="Until so long after the first row, and 0 V from there on.")
+    step_until_s: Annotated[
+        float | None,
+        typer.Option("--step-until", metavar="S", help="Until so long after the first row, and 0 V from there on."),
     ] = None,
     speed: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad/s, rpm, m/s, ...; 3.92rad/s.")] = None,
     angle: Annotated[str | None, typer.Option(metavar="COL:UNIT", help="rad, deg, rev, counts, m, ...")] = None,
@@ -52,31 +51,39 @@ def import_command(
     only: Annotated[
         str | None, typer.Option(metavar="COL=VALUE", help="Rows that have it there: of motors by turns, one.")
     ] = None,
-    gap: Annotated[
-        float | None, typer.Option(metavar="S", help="More than that between two rows begins a segment, too.")
+    gap_s: Annotated[
+        float | None, typer.Option("--gap", metavar="S", help="More than that between two rows begins a segment, too.")
     ] = None,
-    begin: Annotated[
-        float | None, typer.Option(metavar="S", help="Rows from so long after the first one on, no others.")
+    begin_s: Annotated[
+        float | None, typer.Option("--begin", metavar="S", help="Rows from so long after the first one on, no others.")
     ] = None,
-    end: Annotated[
-        float | None, typer.Option(metavar="S", help="Rows up to so long after the first one, no others.")
+    end_s: Annotated[
+        float | None, typer.Option("--end", metavar="S", help="Rows up to so long after the first one, no others.")
     ] = None,
-    supply: Annotated[float | None, typer.Option(metavar="V", help="Supply, for duty and percent.")] = None,
-    supply_column: Annotated[
-        str | None, typer.Option(metavar="COL:V|mV", help="Measured supply; cells may be empty.")
+    supply_V: Annotated[
+        float | None, typer.Option("--supply", metavar="V", help="Supply, for duty and percent.")
+    ] = None,
+    supply: Annotated[
+        str | None, typer.Option("--supply-column", metavar="COL:V|mV", help="Measured supply; cells may be empty.")
     ] = None,
     supply_unknown: Annotated[
         bool, typer.Option("--supply-unknown", help="Nobody knows it: volts become shares of it.")
     ] = False,
     counts_per_rev: Annotated[float | None, typer.Option(metavar="N", help="Per turn of the output shaft.")] = None,
-    speed_window: Annotated[float | None, typer.Option(metavar="S", help="Each speed is the mean over it.")] = None,
-    speed_pulses: Annotated[
-        float | None, typer.Option(metavar="N", help="Speeds are from the time between pulses, N per turn.")
+    speed_window_s: Annotated[
+        float | None, typer.Option("--speed-window", metavar="S", help="Each speed is the mean over it.")
     ] = None,
-    speed_period: Annotated[
-        float | None, typer.Option(metavar="S", help="Speeds are counts since the row before, over this fixed time.")
+    speed_pulses_per_rev: Annotated[
+        float | None,
+        typer.Option("--speed-pulses", metavar="N", help="Speeds are from the time between pulses, N per turn."),
     ] = None,
-    wheel_radius: Annotated[float | None, typer.Option(metavar="M", help="For lengths.")] = None,
+    speed_period_s: Annotated[
+        float | None,
+        typer.Option(
+            "--speed-period", metavar="S", help="Speeds are counts since the row before, over this fixed time."
+        ),
+    ] = None,
+    wheel_radius_m: Annotated[float | None, typer.Option("--wheel-radius", metavar="M", help="For lengths.")] = None,
     drive: Annotated[Literal["brake", "coast"] | None, typer.Option(help="The bridge between pulses.")] = None,
     input_acts: Annotated[
         Literal["after", "before"],
@@ -103,11 +110,13 @@ def import_command(
         bool, typer.Option("--drop-damaged", help="Lines with other fields, or no numbers, are left out.")
     ] = False,
     decimal_comma: Annotated[bool, typer.Option("--decimal-comma", help="Numbers are like 3,14.")] = False,
-    steady: Annotated[
-        float | None, typer.Option(metavar="S", help="Rows are steady states, each taken to last S seconds.")
+    hold_s: Annotated[
+        float | None,
+        typer.Option("--steady", metavar="S", help="Rows are steady states, each taken to last S seconds."),
     ] = None,
-    period: Annotated[
-        float | None, typer.Option(metavar="S", help="Of rows, where no column has the time; of the ticks of --steady.")
+    period_s: Annotated[
+        float | None,
+        typer.Option("--period", metavar="S", help="Of rows, where no column has the time; of the ticks of --steady."),
     ] = None,
     source: Annotated[Source, typer.Option("--from", help="The program that wrote the log.")] = "csv",
     units: Annotated[str | None, typer.Option(help="sysid CSV: rotations, radians, degrees, meters, ...")] = None,
@@ -115,91 +124,52 @@ def import_command(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing output.")] = False,
 ) -> None:
     """Turn a log of another program into a recording; units are stated, nothing is guessed."""
-    options = {
-        "time": time,
-        "input": input,
-        "step_V": step,
-        "step_at_s": step_at,
-        "step_until_s": step_until,
-        "speed": speed,
-        "angle": angle,
-        "count": count,
-        "pulses": pulses,
-        "wrap": _wrap(wrap),
-        "segment": segment,
-        "only": only,
-        "gap_s": gap,
-        "begin_s": begin,
-        "end_s": end,
-        "supply": supply_column,
-        "supply_V": supply,
-        "supply_unknown": supply_unknown or None,
-        "columns": columns,
-        "drop_first": drop_first or None,
-        "drop_spikes": drop_spikes or None,
-        "drop_damaged": drop_damaged or None,
-        "decimal_comma": decimal_comma or None,
-        "counts_per_rev": counts_per_rev,
-        "speed_window_s": speed_window,
-        "speed_pulses_per_rev": speed_pulses,
-        "speed_period_s": speed_period,
-        "drive": drive,
-        "input_acts": input_acts if input_acts != "after" else None,
-        "input_holds": input_holds or None,
-        "input_limit": input_limit,
-    }
-    given = {key: value for key, value in options.items() if value is not None}
-    if steady is None and period is not None:
-        given["period_s"] = period
-    _check_usage(log, source, set(given), units, motor, steady, period)
+    # Options have the names of what `import_log` takes, and are passed on where they are given.
+    stated = dict(locals())
+    options = inspect.signature(import_command).parameters
+    given = {key: value for key, value in stated.items() if key not in OWN and value != options[key].default}
+    if wrap is not None:
+        given["wrap"] = _wrap(wrap)
+    _check_usage(stated, set(given))
     check_free(output, force)
 
     from jaxmotor.recording import as_options, import_log, import_steady, import_sysid, write
 
     if source == "sysid":
-        recording = as_options(import_sysid)(log, units=units, motor=motor, wheel_radius_m=wheel_radius)
-    elif steady is not None and period is not None:
-        recording = as_options(import_steady)(log, wheel_radius_m=wheel_radius, hold_s=steady, period_s=period, **given)
+        recording = as_options(import_sysid)(log, units=units, motor=motor, wheel_radius_m=wheel_radius_m)
+    elif hold_s is not None:
+        recording = as_options(import_steady)(log, wheel_radius_m=wheel_radius_m, hold_s=hold_s, **given)
     else:
-        recording = as_options(import_log)(log, wheel_radius_m=wheel_radius, **given)
+        recording = as_options(import_log)(log, wheel_radius_m=wheel_radius_m, **given)
     write(recording, output)
     typer.echo(_summary(recording, output))
 
 
-def _check_usage(
-    log: Path,
-    source: Source,
-    given: set[str],
-    units: str | None,
-    motor: str | None,
-    steady: float | None,
-    period: float | None,
-) -> None:
-    if steady is not None:
-        if period is None:
+def _check_usage(stated: dict[str, Any], given: set[str]) -> None:
+    is_sysid = stated["source"] == "sysid"
+    if stated["hold_s"] is not None:
+        if stated["period_s"] is None:
             raise typer.BadParameter("--steady needs --period S, the period of its ticks")
-        if source == "sysid" or not {"input", "speed"} <= given:
+        if is_sysid or not {"input", "speed"} <= given:
             raise typer.BadParameter("--steady needs --input COL:UNIT and --speed COL:UNIT")
-        if beside := given - {*CURVE, "input", "speed"}:
-            flags = ", ".join(sorted(map(_flag, beside)))
-            raise typer.BadParameter(f"--steady takes --input and --speed, and no other column; leave {flags} out")
+        if beside := _flags(given - CURVE):
+            raise typer.BadParameter(f"--steady takes --input and --speed, and no other column; leave {beside} out")
         return
-    if source == "sysid":
-        if given:
-            flags = ", ".join(sorted(map(_flag, given)))
+    if is_sysid:
+        if flags := _flags(given):
             raise typer.BadParameter(f"a SysId log states its columns itself; leave {flags} out")
         return
-    if units is not None or motor is not None:
+    if stated["units"] is not None or stated["motor"] is not None:
         raise typer.BadParameter("--units and --motor belong to --from sysid")
     if len(given & {"time", "period_s"}) != 1 or not given & {"input", "step_V"}:
         raise typer.BadParameter(
             "state the columns with --time COL[:s|ms|us] (or --period S, where no column has the time) and "
-            f"--input COL:UNIT (or --step V, where none has the input){_columns_of(log)}"
+            f"--input COL:UNIT (or --step V, where none has the input){_columns_of(stated['log'])}"
         )
     if len(given & {"speed", "angle", "count", "pulses"}) != 1:
         raise typer.BadParameter(
             "state the shaft with exactly one of --speed COL:UNIT, --angle COL:UNIT, --count COL, --pulses COL"
-            f"{_columns_of(log)}"
+            f"{_columns_of(stated['log'])}"
         )
 
 
@@ -216,15 +186,14 @@ def _columns_of(log: Path) -> str:
     return f"; the log's columns are {one_of(map(shown, names))}"
 
 
-def _flag(key: str) -> str:
-    """The option that gives `key`."""
-    return {"supply": "--supply-column", "supply_V": "--supply", "step_V": "--step"}.get(
-        key, f"--{key.removesuffix('_s').replace('_', '-')}"
-    )
+def _flags(given: set[str]) -> str:
+    """The options that were `given`, for a sentence."""
+    known = {"supply": "--supply-column", "supply_V": "--supply", "step_V": "--step"}
+    return ", ".join(sorted(known.get(key, f"--{key.removesuffix('_s').replace('_', '-')}") for key in given))
 
 
-def _wrap(text: str | None) -> int | str | None:
-    if text is None or text == "turn":
+def _wrap(text: str) -> int | str:
+    if text == "turn":
         return text
     if not text.isdecimal() or len(text) > 3:
         raise typer.BadParameter("--wrap takes the width of the counter in bits, such as 16, or the word turn")

@@ -153,12 +153,9 @@ def import_log(
         log, bounds = read_log(cut, stated_input, shaft, scale, nominal_V, measured, before, input_holds)
     missing = len(table) - len(log.stamps[0])
     how = {"input_acts": "before" if before else None, "period_s": period_s, "gap_s": gap_s, "speed_period_s": fixed_s}
-    how |= (
-        stated
-        | ({} if step is None else step.stated)
-        | {"input_holds": True if input_holds else None, "input_limit": limit}
-    )
-    how |= {"begin_s": begin_s, "end_s": end_s, **table.left_out, "missing_rows": missing or None}
+    how |= stated | ({} if step is None else step.stated)
+    how |= {"input_holds": True if input_holds else None, "input_limit": limit, "begin_s": begin_s, "end_s": end_s}
+    how |= table.left_out | {"missing_rows": missing or None}
     imported = {"log": Path(table.source).name} | {key: value for key, value in how.items() if value is not None}
     recording = assemble(
         log,
