@@ -136,7 +136,7 @@ def import_log(
     beside |= {"spikes": drop_spikes, "damaged": drop_damaged, "supply_V": supply_V, "unknown": supply_unknown}
     check_beside(stated | beside)
     clock = Clock(time, period_s, segment, gap_s, drop_first)
-    table = path if isinstance(path, Table) else opened(path, columns, drop_first, decimal_comma, stated, drop_damaged)
+    table = path if isinstance(path, Table) else opened(path, stated, drop_first, decimal_comma, drop_damaged)
     with about_log(table.source):
         table = of_one(table, only)
         if drop_damaged and segment is None:

@@ -61,7 +61,7 @@ def import_steady(
     ticks = round(hold / period) + 1
     if ticks < 3:
         raise RecordingError(f"--steady {hold:g} is less than two periods of {period:g} s; hold the states longer")
-    table = opened(path, columns, drop_first, decimal_comma, {"input": input, "speed": speed})
+    table = opened(path, {"input": input, "speed": speed, "columns": columns}, drop_first, decimal_comma)
     with about_log(table.source):
         table = of_one(table, only)
         stated = split_input(input, table.cells)

@@ -13,8 +13,9 @@ import numpy as np
 
 from jaxmotor.recording._log import assemble
 from jaxmotor.recording._log_columns import Inputs, Log
+from jaxmotor.recording._read_table import read_table
 from jaxmotor.recording._recording import Recording, RecordingError
-from jaxmotor.recording._table import Table, read_table
+from jaxmotor.recording._table import Table
 from jaxmotor.recording._units import Scale, angle_factor, positive
 
 ROUND_S = 1e-3
