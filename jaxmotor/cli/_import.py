@@ -201,18 +201,7 @@ def _wrap(text: str) -> int | str:
 
 
 def _summary(recording, output: Path) -> str:
-    from jaxmotor.recording import (
-        lost_ticks,
-        warn_beyond_supply,
-        warn_bunches,
-        warn_early,
-        warn_fixed_time,
-        warn_pulses,
-        warn_share,
-        warn_spikes,
-        warn_stopped,
-        warn_unread,
-    )
+    from jaxmotor.recording import lost_ticks, warn_imported
 
     segments = recording.segments
     rows = sum(map(len, segments))
@@ -231,9 +220,7 @@ def _summary(recording, output: Path) -> str:
         kept = "rows that repeat one have none" if recording.measured == "speed" else "only these rows are kept"
         kept = "each is the mean speed since the last" if recording.speed_window_rows == 0 else kept
         without += f"; a new reading came about every {1e3 * every_s:.3g} ms, {kept}"
-    of_readings = (warn_unread, warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches, warn_stopped)
-    for warn in (*of_readings, warn_beyond_supply, warn_share):
-        without += "".join(f"; {sentence}" for sentence in warn(recording))
+    without += "".join(f"; {sentence}" for sentence in warn_imported(recording))
     if recording.period_s is None:
         return f"{output}: {rows} rows in {number}, {recording.measured}; time stamps are uneven and kept{without}"
     lost = sum(map(lost_ticks, segments))

@@ -1,20 +1,16 @@
 """Recordings: the file format, what can be wrong with the data, and logs from elsewhere."""
 
 from jaxmotor.recording._at_duty import at_duty as at_duty
-from jaxmotor.recording._bunches import warn_bunches as warn_bunches
 from jaxmotor.recording._bundled import bundled as bundled
 from jaxmotor.recording._check import NO_SUPPLY as NO_SUPPLY
 from jaxmotor.recording._check import NO_WINDOW as NO_WINDOW
 from jaxmotor.recording._check import check as check
 from jaxmotor.recording._check import check_output as check_output
 from jaxmotor.recording._check import lost_ticks as lost_ticks
-from jaxmotor.recording._check import warn_beyond_supply as warn_beyond_supply
 from jaxmotor.recording._check import warn_fixed_time as warn_fixed_time
 from jaxmotor.recording._check import warn_gaps as warn_gaps
-from jaxmotor.recording._check import warn_pulses as warn_pulses
-from jaxmotor.recording._check import warn_share as warn_share
+from jaxmotor.recording._check import warn_imported as warn_imported
 from jaxmotor.recording._check import warn_spikes as warn_spikes
-from jaxmotor.recording._check import warn_unread as warn_unread
 from jaxmotor.recording._chosen import Which as Which
 from jaxmotor.recording._chosen import chosen_segments as chosen_segments
 from jaxmotor.recording._chosen import names_segments as names_segments

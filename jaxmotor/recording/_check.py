@@ -78,6 +78,12 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
     )
 
 
+def warn_imported(recording: Recording) -> list[str]:
+    """What is seen of the log that a recording was imported from, and depends on how it was read."""
+    of_readings = (warn_unread, warn_early, warn_pulses, warn_fixed_time, warn_spikes, warn_bunches, warn_stopped)
+    return [text for warn in (*of_readings, warn_beyond_supply, warn_share) for text in warn(recording)]
+
+
 def check_input(recording: Recording) -> None:
     """**Raises:** `RecordingError` where the input is never anything but zero."""
     if not any(segment.volts.any() for segment in recording.segments):
