@@ -61,21 +61,12 @@ def from_arrays(
     check_text("name", name)
     duty_full_scale = positive(duty_full_scale, "duty_full_scale")
     supply = float(supply_V) if is_number(supply_V) else None
-    table = _table(
-        name,
-        {
-            **{"time_s": time_s, "volts": volts, "duty": duty, "counts": counts, "angle_rad": angle_rad},
-            **{"speed_rad_s": speed_rad_s, "supply_V": supply_V if supply is None else None},
-        },
-    )
+    columns = {"time_s": time_s, "volts": volts, "duty": duty, "counts": counts, "angle_rad": angle_rad}
+    table = _table(name, columns | {"speed_rad_s": speed_rad_s, "supply_V": supply_V if supply is None else None})
     has = table.cells.keys()
     _check_columns(set(has), duty_full_scale, name)
     stated = {"kind": kind, "parameters": parameters or {}} | ({} if at_rest is None else {"at_rest": at_rest})
-    about = _segments(stated, int(table.cells["segment"][-1]) + 1, name)
-    header = [own | {"start_s": 0.0} | own["parameters"] for own in about]
-    for own in header:
-        del own["parameters"]
-    header_of({"drive": drive or "brake", "segment": header}, f"{name}, as a header")
+    about = _segments(stated, int(table.cells["segment"][-1]) + 1, drive, name)
     with _in_own_words():
         recording = as_options(import_log)(
             table,
@@ -151,12 +142,16 @@ def _in_own_words() -> Iterator[None]:
         raise RecordingError(text) from None
 
 
-def _segments(stated: dict[str, Any], number: int, name: str) -> list[dict[str, Any]]:
-    """What is `stated` of all segments, or of each, by segment."""
+def _segments(stated: dict[str, Any], number: int, drive: Drive | None, name: str) -> list[dict[str, Any]]:
+    """What is `stated` of all segments, or of each, by segment; as a header it can be."""
     each = {key: _each(key, value, number, name) for key, value in stated.items()}
     about = [dict(zip(each, own, strict=True)) for own in zip(*each.values(), strict=True)]
     for own in about:
         taken(own["parameters"], dict, "a dict of parameters")
+    header = [own | {"start_s": 0.0} | own["parameters"] for own in about]
+    for own in header:
+        del own["parameters"]
+    header_of({"drive": drive or "brake", "segment": header}, f"{name}, as a header")
     return about
 
 

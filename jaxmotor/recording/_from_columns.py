@@ -9,7 +9,7 @@ from jaxmotor.recording._columns import FLOATS, INTEGERS, beyond, wrong_names
 from jaxmotor.recording._header import FORMAT, Header, parse_header
 from jaxmotor.recording._read import assemble, check_needs
 from jaxmotor.recording._recording import Recording, RecordingError
-from jaxmotor.recording._text import limit_rows
+from jaxmotor.recording._text import fault, limit_rows
 from jaxmotor.recording._toml import header_lines
 
 
@@ -52,7 +52,7 @@ def _numbers(name: str, column: np.ndarray, source: str) -> np.ndarray:
     if bad.any():
         row = int(np.argmax(bad))
         what = f"a {'whole' if name in INTEGERS else 'finite'} number of at most {(INTEGERS | FLOATS)[name]:g}"
-        raise _row_fault(source, row, f"{name} is {column[row]}, not {what}; correct it")
+        raise fault(source, row + 1, f"{name} is {column[row]}, not {what}; correct it", "row")
     return np.ascontiguousarray(column, np.int64 if name in INTEGERS else np.float64)
 
 
@@ -64,11 +64,8 @@ def _own_segments(header: Header, segment: np.ndarray, source: str) -> tuple[Hea
     if used[0] < 0 or used[-1] >= len(header.segments):
         wrong = int(used[0] if used[0] < 0 else used[-1])
         row = int(np.argmax(segment == wrong))
-        raise _row_fault(source, row, f"segment {wrong} is not in the header ({len(header.segments)} there); add it")
+        sentence = f"segment {wrong} is not in the header ({len(header.segments)} there); add it"
+        raise fault(source, row + 1, sentence, "row")
     tables = [header.segments[index] for index in used]
     own = Header(source, [], {**header.values, "segment": tables})
     return own, np.searchsorted(used, segment)
-
-
-def _row_fault(source: str, row: int, sentence: str) -> RecordingError:
-    return RecordingError(f"{source}, row {row + 1}: {sentence}")

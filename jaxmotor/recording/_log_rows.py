@@ -27,7 +27,7 @@ def read_log(
     """The log without the rows whose input is missing, and without those at the ends of what is left whose shaft is;
     and where its segments begin and end."""
     table, bounds, _, (time_s, resolution_s) = cut
-    no_input, no_shaft = table.missing(stated.column), table.missing(shaft.column(table.cells))
+    no_input, no_shaft = table.missing(stated.column), table.missing(shaft.column(table.cells)[0])
     row = _rows_before(bounds) if acted_before else np.arange(len(table))
     row = _held(row, ~no_input, bounds, acted_before) if holds else row
     known, read = ~no_input[row], ~no_shaft

@@ -78,12 +78,8 @@ def _split_header(text: str) -> tuple[list[str], str]:
 
 def _check_end(text: str, source: str) -> None:
     if not text.endswith("\n"):
-        line = text.count("\n") + 1
-        raise fault(
-            source,
-            line,
-            "the last line is cut off (it does not end); delete it, or end it with a newline if it is whole",
-        )
+        sentence = "the last line is cut off (it does not end); delete it, or end it with a newline if it is whole"
+        raise fault(source, text.count("\n") + 1, sentence)
 
 
 def _without_trailing_blanks(body: str) -> str:

@@ -46,31 +46,29 @@ class Shaft:
                 f"--wrap is {shown(self.wrap)}; it is the width of the counter, {WIDTHS[0]} to {WIDTHS[1]} bit"
             )
 
-    def column(self, names: Collection[str]) -> str:
-        """The column that is meant.
+    def column(self, names: Collection[str]) -> tuple[str, str]:
+        """The column that is meant, and its unit.
 
         **Raises:** `RecordingError`.
         """
         if self.speed is not None:
-            return split_unit(self.speed, names, "the speed")[0]
+            return split_unit(self.speed, names, "the speed")
         if self.angle is not None:
-            return split_unit(self.angle, names, "the angle")[0]
-        return existing(self.count or self.pulses or "", names)
+            return split_unit(self.angle, names, "the angle")
+        return existing(self.count or self.pulses or "", names), "counts"
 
     def read(self, table: Table, scale: Scale) -> dict[str, np.ndarray]:
         """(n,) of one name: `speed_rad_s`, `angle_rad`, or `count`, which runs on where the logged one wrapped.
 
         **Raises:** `RecordingError`.
         """
+        column, unit = self.column(table.cells)
         if self.speed is not None:
-            column, unit = split_unit(self.speed, table.cells, "the speed")
             return {"speed_rad_s": table.numbers(column) * speed_factor(unit, scale)}
         if self.angle is not None:
-            column, unit = split_unit(self.angle, table.cells, "the angle")
             angle = table.numbers(column) * angle_factor(unit, scale)
             return {"angle_rad": _unwrapped_angle(table, angle) if self.wrap == "turn" else angle}
-        angle_factor("counts", scale)
-        column = self.column(table.cells)
+        angle_factor(unit, scale)
         counts = table.integers(column)
         if counts is None:
             hint = "" if self.count is None else f"; give it as --angle {column}:counts"

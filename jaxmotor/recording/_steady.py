@@ -69,30 +69,31 @@ def import_steady(
         volts = input_of(table, stated, supply_V).volts
         speeds = Shaft(speed=speed).read(table, scale)["speed_rad_s"]
     limit_rows(len(volts) * ticks, table.source)
-    tick, chosen = np.arange(ticks), {} if only is None else {"only": only}
-    segments = [
-        Segment(
-            kind="other",
-            start_s=number * (hold + PAUSE_S),
-            at_rest=False,
-            parameters={"steady": True},
-            time_s=tick * period,
-            volts=np.full(ticks, volt),
-            tick=tick,
-            speed_rad_s=np.full(ticks, speed_rad_s),
-        )
-        for number, (volt, speed_rad_s) in enumerate(zip(volts, speeds, strict=True))
-    ]
+    held = enumerate(zip(volts, speeds, strict=True))
+    imported = {"log": path.name, "input": input, "speed": speed} | ({} if only is None else {"only": only})
     return Recording(
-        segments=tuple(segments),
+        segments=tuple(_held(*one, number * (hold + PAUSE_S), np.arange(ticks), period) for number, one in held),
         source=table.source,
         period_s=period,
         counts_per_rev=scale.counts_per_rev,
         supply_V=supply_V,
         speed_window_s=window,
         drive=drive,
-        header={"imported": {"log": path.name, "input": input, "speed": speed} | chosen | table.left_out}
-        | ({"supply_unknown": True} if supply_unknown else {}),
+        header={"imported": imported | table.left_out} | ({"supply_unknown": True} if supply_unknown else {}),
+    )
+
+
+def _held(volts: float, speed_rad_s: float, start_s: float, tick: np.ndarray, period_s: float) -> Segment:
+    """One state, in these ticks."""
+    return Segment(
+        kind="other",
+        start_s=start_s,
+        at_rest=False,
+        parameters={"steady": True},
+        time_s=tick * period_s,
+        volts=np.full(len(tick), volts),
+        tick=tick,
+        speed_rad_s=np.full(len(tick), speed_rad_s),
     )
 
 

@@ -95,8 +95,8 @@ def split_time(text: str, columns: Collection[str]) -> tuple[str, float]:
     **Raises:** `RecordingError`.
     """
     name, colon, unit = text.rpartition(":")
-    factor, plain = split_factor(unit) if colon and name in columns else (1.0, unit)
     if colon and name in columns:
+        factor, plain = split_factor(unit)
         if plain not in TIMES or factor < 0:
             raise RecordingError(
                 f"the time unit {unit!r} is not known; it is one of {', '.join(TIMES)}, a number before it or not"
