@@ -55,27 +55,12 @@ def check(recording: Recording | str | os.PathLike[str]) -> tuple[str, ...]:
     check_output(recording)
     check_sines(recording)
     check_jumps(recording)
-    return (
-        *warn_saturation(recording),
-        *warn_repetition(recording),
-        *warn_lost_ticks(recording),
-        *warn_unread(recording),
-        *warn_gaps(recording),
-        *warn_bunches(recording),
-        *warn_overlap(recording),
-        *warn_sign(recording),
-        *warn_early(recording),
-        *warn_zero(recording),
-        *warn_stopped(recording),
-        *warn_unknowns(recording),
-        *warn_supply(recording),
-        *warn_beyond_supply(recording),
-        *warn_share(recording),
-        *warn_repeats(recording),
-        *warn_pulses(recording),
-        *warn_fixed_time(recording),
-        *warn_spikes(recording),
+    warns = (
+        *(warn_saturation, warn_repetition, warn_lost_ticks, warn_unread, warn_gaps, warn_bunches, warn_overlap),
+        *(warn_sign, warn_early, warn_zero, warn_stopped, warn_unknowns, warn_supply, warn_beyond_supply, warn_share),
+        *(warn_repeats, warn_pulses, warn_fixed_time, warn_spikes),
     )
+    return tuple(text for warn in warns for text in warn(recording))
 
 
 def warn_imported(recording: Recording) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from jaxmotor.recording._log_columns import Log
 from jaxmotor.recording._recording import Recording, Segment
 from jaxmotor.recording._repeats import Repeats, without_repeats, without_unread
-from jaxmotor.recording._timing import Timing, timing
+from jaxmotor.recording._timing import timing
 from jaxmotor.recording._unread import are_far_apart, filled
 
 STILL = 3
@@ -42,20 +42,19 @@ def assemble(
     if repeats is not None:
         header = {**header, "readings_every_s": float(f"{repeats.time_s:.6g}")}
     time_s, resolution_s = log.stamps
-    cuts = [slice(start, stop) for start, stop in itertools.pairwise(bounds.tolist())]
+    cuts = _cuts(bounds)
     times = timing([time_s[cut] for cut in cuts], resolution_s)
-    if repeats is not None and times.ticks is not None and any((np.diff(tick) > 1).any() for tick in times.ticks):
+    ticks, period_s = times.ticks, times.period_s
+    if repeats is not None and ticks is not None and any((np.diff(tick) > 1).any() for tick in ticks):
         # A row that only repeats a reading is not lost: what was applied is known.
-        times = Timing(None, None, [time_s[cut] - time_s[cut.start] for cut in cuts])
-    if times.ticks is None and log.after_gap is not None and log.after_gap.any():
+        ticks = period_s = None
+    if ticks is None and log.after_gap is not None:
         # Even rows have skipped ticks; between uneven ones only the end of a segment is a gap.
-        within = log.after_gap & ~np.isin(np.arange(len(time_s)), bounds)
-        of = np.searchsorted(bounds, np.flatnonzero(within), side="right") - 1
+        within = np.flatnonzero(log.after_gap & ~np.isin(np.arange(len(time_s)), bounds))
+        of = np.searchsorted(bounds, within, side="right") - 1
         number = np.sort(np.concatenate([np.arange(len(kinds)), of]))
-        bounds = np.sort(np.concatenate([bounds, np.flatnonzero(within)]))
         parameters, kinds = [parameters[k] for k in number], [kinds[k] for k in number]
-        cuts = [slice(start, stop) for start, stop in itertools.pairwise(bounds.tolist())]
-        times = Timing(None, None, [time_s[cut] - time_s[cut.start] for cut in cuts])
+        cuts = _cuts(np.sort(np.concatenate([bounds, within])))
     starts = _starts([time_s[cut] for cut in cuts])
     volts, duty, _ = log.input
     [(measured, shaft)] = log.shaft.items()
@@ -66,7 +65,7 @@ def assemble(
         shaft = np.concatenate([filled(shaft[cut], time_s[cut], unread[cut]) for cut in cuts])
     segments = []
     for index, cut in enumerate(cuts):
-        tick = None if times.ticks is None else times.ticks[index]
+        tick = None if ticks is None else ticks[index]
         logged: dict[str, Any] = {measured: shaft[cut]}
         segments.append(
             Segment(
@@ -75,7 +74,7 @@ def assemble(
                 at_rest=_begins(log, cut)
                 and _rests(time_s[cut], volts[cut], shaft[cut], log.read[cut], is_speed, finest),
                 parameters=parameters[index],
-                time_s=times.times_s[index] if tick is None else tick * times.period_s,
+                time_s=time_s[cut] - time_s[cut.start] if tick is None else tick * period_s,
                 volts=volts[cut],
                 tick=tick,
                 duty=None if duty is None else duty[cut],
@@ -87,11 +86,15 @@ def assemble(
     return Recording(
         segments=tuple(segments),
         source=source,
-        period_s=times.period_s,
+        period_s=period_s,
         duty_full_scale=log.input.full_scale,
         header=header,
         **fields,
     )
+
+
+def _cuts(bounds: np.ndarray) -> list[slice]:
+    return [slice(start, stop) for start, stop in itertools.pairwise(bounds.tolist())]
 
 
 def _without_repeats(
