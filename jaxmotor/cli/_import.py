@@ -189,6 +189,7 @@ def _columns_of(log: Path) -> str:
 def _flags(given: set[str]) -> str:
     """The options that were `given`, for a sentence."""
     known = {"supply": "--supply-column", "supply_V": "--supply", "step_V": "--step"}
+    known |= {"speed_pulses_per_rev": "--speed-pulses"}
     return ", ".join(sorted(known.get(key, f"--{key.removesuffix('_s').replace('_', '-')}") for key in given))
 
 

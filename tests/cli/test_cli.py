@@ -292,3 +292,12 @@ def test_a_cache_that_cannot_be_used_costs_only_time(tmp_path):
         path.write_bytes(path.read_bytes()[:-1] if number else os.urandom(5000))
     assert identified(tmp_path / "cache") == model
     assert identified(tmp_path / "file" / "cache") == model
+
+
+@pytest.mark.parametrize("kind", [("--steady", "1", "--period", "0.1"), ("--from", "sysid")])
+def test_an_option_that_is_refused_is_called_as_it_is_stated(capsys, folder, kind):
+    """Whatever the argument's name is within."""
+    columns = ("--input", "a:V", "--speed", "b:rpm") if "--steady" in kind else ()
+    for option, value in [("--speed-pulses", 3), ("--step", 2), ("--gap", 1), ("--supply-column", "u:V"), ("--end", 1)]:
+        code, _, err = run(capsys, "import", folder / "m1.csv", "-o", "x.csv", *kind, *columns, option, value)
+        assert code == 2 and f"leave {option} out" in err
