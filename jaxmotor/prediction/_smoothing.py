@@ -2,7 +2,7 @@
 
 Programs on small boards do this with the speed x of each row, which is what an encoder counted in it: a whole multiple
 of one number q. With the right b the speeds x[k] = (y[k] - (1 - b) y[k-1])/b are such multiples again, and with no
-other. So b and q are where
+other, unless all y are. So b and q are where
 
     R² = |mean of exp(2πi x/q)|²
 
@@ -45,7 +45,6 @@ EVEN = 1e-6
 """Relative difference of times between readings up to which they are equal."""
 APART, TIMES = 0.5, 2.0
 """Of log odds of b: those of others, and how many times less their R² must be."""
-
 NEARBY = 1.1
 """Times 1/q up to which speeds are themselves held to be whole multiples: of finer ones they may be as printed."""
 

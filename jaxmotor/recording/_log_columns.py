@@ -10,9 +10,11 @@ class Inputs(NamedTuple):
     """What was applied, by row."""
 
     volts: np.ndarray
+    """(n,) [V]"""
     duty: np.ndarray | None = None
+    """(n,) whole numbers; None where there are none."""
     full_scale: float | None = None
-    """The duty that means the whole supply."""
+    """The duty that means the whole supply [1]."""
 
     def at(self, rows: np.ndarray) -> "Inputs":
         """Of `rows`, indices or true where they are."""

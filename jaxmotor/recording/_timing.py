@@ -12,14 +12,12 @@ ROUGHEST = 0.25
 
 @dataclasses.dataclass(frozen=True)
 class Timing:
-    """Times of segments, each from its own start."""
+    """Ticks of segments, each from its own start."""
 
     period_s: float | None
-    """None where the stamps are uneven."""
+    """Of all [s]; None where the stamps are uneven."""
     ticks: list[np.ndarray] | None
-    """(n,) int64 each; a lost sample is a skipped tick."""
-    times_s: list[np.ndarray]
-    """(n,) float64 each."""
+    """(n,) int64 each; a lost sample is a skipped tick. None where the stamps are uneven."""
 
 
 def timing(stamps_s: list[np.ndarray], resolution_s: float = 0.0) -> Timing:
@@ -31,7 +29,7 @@ def timing(stamps_s: list[np.ndarray], resolution_s: float = 0.0) -> Timing:
     times = [stamps - stamps[0] for stamps in stamps_s]
     steps = np.concatenate([np.diff(stamps) for stamps in stamps_s])
     if len(steps) == 0:
-        return Timing(None, None, times)
+        return Timing(None, None)
     usual = float(np.median(steps))
     # Stamps that count from 1970 have no more digits than this.
     largest = max(float(np.abs(stamps).max()) for stamps in stamps_s)
@@ -43,8 +41,8 @@ def timing(stamps_s: list[np.ndarray], resolution_s: float = 0.0) -> Timing:
     tolerance = _tolerance(period, resolution_s)
     even = all(_misfit(time, tick, period) <= tolerance for time, tick in zip(times, ticks, strict=True))
     if not even or any((np.diff(tick) < 1).any() for tick in ticks) or max(tick[-1] for tick in ticks) > 1e7:
-        return Timing(None, None, times)
-    return Timing(period, [tick.astype(np.int64) for tick in ticks], times)
+        return Timing(None, None)
+    return Timing(period, [tick.astype(np.int64) for tick in ticks])
 
 
 def _period(times: list[np.ndarray], ticks: list[np.ndarray], otherwise: float) -> float:

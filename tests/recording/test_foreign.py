@@ -10,7 +10,17 @@ from typer.testing import CliRunner
 
 from jaxmotor._errors import JaxmotorError
 from jaxmotor.cli._import import import_command
-from jaxmotor.recording import Recording, RecordingError, check, import_log, log_unit, lost_ticks, read, write
+from jaxmotor.recording import (
+    Recording,
+    RecordingError,
+    check,
+    from_arrays,
+    import_log,
+    log_unit,
+    lost_ticks,
+    read,
+    write,
+)
 from jaxmotor.recording._timing import timing
 
 LOG = """\
@@ -512,9 +522,12 @@ def test_even_stamps_become_ticks(period, steps, rounded, start):
 def test_uneven_stamps_stay_time(rows, seed):
     jitter = np.random.default_rng(seed).uniform(-1e-3, 1e-3, rows)
     stamps = np.arange(rows) * 0.02 + jitter
+    stamps -= stamps[0]
     found = timing([stamps], 1e-6)
-    assert found.ticks is None
-    np.testing.assert_array_equal(found.times_s[0], stamps - stamps[0])
+    assert found.ticks is None and found.period_s is None
+    [segment] = from_arrays(time_s=stamps, volts=np.ones(rows), speed_rad_s=np.arange(rows) * 1.5).segments
+    assert segment.tick is None
+    np.testing.assert_array_equal(segment.time_s, stamps)
 
 
 @pytest.mark.parametrize("jitter, even", [(5e-7, True), (2e-5, False)])
